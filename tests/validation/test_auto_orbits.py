@@ -72,7 +72,7 @@ def test_pp2_orbits_from_the_hopf_point_to_the_saddle() -> None:
     walk = cycles.walk(cycle_at_hopf(cycles, begin))
     points = list(walk)
     assert [p.kind for p in points if p.kind] == []
-    assert walk.end == "the period grows without bound as q approaches 0.708073"
+    assert walk.end.endswith("while q stays near 0.708073") and points[-1].period > 20 * points[0].period
     cycle = at(cycles, points, 0.69)
     assert cycle.period == pytest.approx(13.4387056, rel=1e-8)
     assert math.exp(cycle.logarithms[0].real) == pytest.approx(0.667816, abs=5e-7)

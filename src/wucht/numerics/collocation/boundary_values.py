@@ -108,6 +108,13 @@ class BoundaryValueProblem:
         at = y[:: self.mesh.degree].T
         return self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[0].T
 
+    def divergences(self, u: np.ndarray) -> np.ndarray:
+        """The trace of dg/dy, integrated over each interval (N,): by which ln of volumes grows (Liouville)."""
+        y, parameters = self.split(u)
+        at = (self.mesh.basis.values @ self.mesh.pieces(y)).reshape(-1, self.n).T
+        g_u = self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[1]
+        return np.asarray((np.trace(g_u[:, : self.n]).reshape(self.mesh.weights.shape) * self.mesh.weights).sum(axis=1))
+
     def _integrals(self, states: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         mesh, n = self.mesh, self.n
         if self.integrand is None:

@@ -35,7 +35,7 @@ def solved_near(curve: Curve, u: np.ndarray) -> tuple[Curve, CurvePoint]:
 
     curve: of a boundary value problem, on the mesh of u. Raises ``RunError`` where none is found.
     """
-    for _ in range(_MOST_REFINEMENTS):
+    for refinement in range(_MOST_REFINEMENTS + 1):
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         curve = replace(curve, problem=replace(problem, reference=problem.referred(u)))
@@ -43,7 +43,7 @@ def solved_near(curve: Curve, u: np.ndarray) -> tuple[Curve, CurvePoint]:
         towards[-1] = problem.scale[-1]
         point = curve.start(u, towards)
         better = problem.remeshed(point.u)
-        if better.mesh is problem.mesh:
+        if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
             break
         u, curve = problem.moved(point.u, better.mesh), replace(curve, problem=better)
     return curve, point

@@ -73,14 +73,14 @@ class Walk(Iterator[P], Generic[P]):
 class Curve:
     """The solutions of a problem within bounds: (low, high) of some unknowns, by their index (-1: the last one).
 
-    continues: whether the second of two points is on the curve of the first one, as far as a caller can tell; else a shorter
-    step is made. names: of the unknowns, as far as a sentence may speak of them.
+    continues: whether the second of two points of a problem is on the curve of the first one, as far as a caller can tell; else
+    a shorter step is made. names: of the unknowns, as far as a sentence may speak of them.
     """
 
     problem: Problem
     bounds: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     steps: Steps = Steps()
-    continues: Callable[[CurvePoint, CurvePoint], bool] | None = None
+    continues: Callable[[Problem, CurvePoint, CurvePoint], bool] | None = None
     names: Sequence[str] = ()
 
     def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
@@ -110,7 +110,7 @@ class Curve:
                 turned = curve._angle(here.tangent, there.tangent) if curve.size(there.u - guess) <= step else math.pi
             except RunError:
                 there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
-            if turned > 3 * self.steps.turn or (self.continues and not self.continues(here, there)):
+            if turned > 3 * self.steps.turn or (self.continues and not self.continues(curve.problem, here, there)):
                 step, here = step * _SHRINKS, replace(here, bend=None)
                 if moved:  # as the problem is now written the last point may be one only nearly
                     here, moved = curve._settled(here), False

@@ -15,7 +15,7 @@ from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.branch_points import BranchPoint, branch_point, branch_point_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.problem import CurvePoint, Functions
+from wucht.numerics.continuation.problem import CurvePoint, Functions, Problem
 from wucht.numerics.continuation.special_curves import (
     UNRESOLVED,
     Condition,
@@ -221,7 +221,7 @@ class Equilibria:
             return True
         return self._hides(here, between, halvings - 1) or self._hides(between, there, halvings - 1)
 
-    def _continues(self, a: CurvePoint, b: CurvePoint) -> bool:
+    def _continues(self, _: Problem, a: CurvePoint, b: CurvePoint) -> bool:
         """Whether two points are on one curve: not, if the orientation changes and no branch point lies between.
 
         So near to a point that is no simple branch point this cannot be told: that is passed, and labelled.

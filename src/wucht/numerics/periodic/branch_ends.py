@@ -8,21 +8,19 @@ a hyperbolic saddle, one of whose eigenvalues next to zero is the law's lambda.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
+from itertools import pairwise
 
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations, Values
-from wucht.numerics.continuation.equilibria import FOLD, Equilibria, Equilibrium
-from wucht.numerics.continuation.equilibria import HOPF as HOPF_POINT
-from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.curve import CLOSED as CURVE_CLOSED
+from wucht.numerics.continuation.equilibria import FOLD, Equilibrium
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.periodic.hopf_ends import SHRINKS, equilibria_of, hopf_point, nearest_special
 from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, Growth, PeriodLaw, growth
 
 SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION, HOPF = "saddle-node-on-orbit", "saddle-connection", "hopf"
@@ -35,12 +33,15 @@ _SLOW, _DWELLS = 0.05, 0.05  # of the highest speed along the orbit: slow; of th
 _NEAR = 0.5  # of the orbit's size: how far the equilibrium lies from the slowest place, at most
 _AGREE_CRITICAL = 0.05  # of the last orbit's distance from p*
 _AGREE_RATE = 0.1  # relative: where nu is small, lambda is approached as slowly as |p - p*|^nu
-_AGREE_FREQUENCY = 0.1  # relative, of the last orbit and the Hopf point
+_GROWN_AT_REST = 1.3  # times: by how much the period grows while the parameter no longer changes, at least
+_RESOLVED, _FEWEST = 1e-8, 6  # of the parameter's size: a change that is none; orbits
+_AROUND = 0.1  # of the orbit's size: near a saddle
+_APPROACHED = 3.0  # e-folds by which an orbit comes nearer to a saddle than that, at least
+_ALL_AT_SADDLES = 0.02  # of what the period gains: what is spent elsewhere
+_FINE = 20  # places of an interval, by which the time near a saddle is measured
 _AT_A_BOUND = 1e-9  # relative
 _ERRORS = 10.0  # times the fit's own error: differences that are not one
-_POINTS = 40  # of the equilibria, each way, among which the fold or Hopf point is looked for
 _IN_A_SUBSPACE = 1e-6  # relative: directions in which the orbit does not lie
-_STEPS = Steps(first=1e-3, most=0.05, points=_POINTS)
 
 
 @dataclass(frozen=True)
@@ -103,36 +104,32 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
     """
     here, name = last[-1], cycles.equations.parameters[-1]
     value, period = here.parameter, here.period
-    if why == "it is closed":
+    if why == CURVE_CLOSED:
         return BranchEnd(CLOSED, value, 0.0, period, "the branch is closed")
-    if "Hopf point" in why and (shrunk := _at_hopf(cycles, last)) is not None:
-        return shrunk
+    if why == SHRINKS and (hopf := hopf_point(cycles.equations, last)) is not None:
+        sentence = f"at {name} = {hopf.parameter:.9g} the orbit shrinks to an equilibrium: a Hopf point"
+        return BranchEnd(HOPF, hopf.parameter, 0.0, period, sentence, hopf.x, hopf.eigenvalues)
     bound = next((b for b in cycles.bounds if abs(value - b) <= _AT_A_BOUND * max(1.0, abs(b))), None)
     if bound is not None and "leaves the range" in why:
         return BranchEnd(RANGE, value, 0.0, period, f"the range ends at {name} = {value:.9g}")
+    return _lengthening(cycles, values, periods, last, why)
+
+
+def _lengthening(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], why: str) -> BranchEnd:
+    """The end of a branch whose period may grow without bound: see ``branch_end``."""
+    here, name = last[-1], cycles.equations.parameters[-1]
+    value, period = here.parameter, here.period
     grown = growth(values, periods) if period >= _GROWN * periods.min() else None
-    if grown is not None:
-        return _of_growth(cycles, here, grown, why)
-    limited = abs(period - cycles.periods[1]) <= _AT_A_BOUND * period
-    if limited:
+    by_law = None if grown is None else _of_growth(cycles, here, grown, why)
+    if by_law is not None and by_law.kind != NOT_IDENTIFIED:
+        return by_law
+    if (connection := _beyond_resolution(cycles, values, periods, last)) is not None:
+        return connection
+    if by_law is None and abs(period - cycles.periods[1]) <= _AT_A_BOUND * period:
         sentence = f"at {name} = {value:.9g} the period passes {period:.6g}, up to which orbits are followed"
         return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence)
-    return BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value:.9g} it is not identified: {why}")
-
-
-def equations_of(cycles: Cycles) -> Equations:
-    """The equilibria's equations f(x, p) = 0 of the System whose orbits are followed."""
-    whole = cycles.equations
-    n = whole.n
-    rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
-
-    def values(u: np.ndarray) -> Values:
-        given = np.ones((n + 2, *u.shape[1:]))
-        given[rows] = u  # the period is 1: then T f is f
-        f, f_u = whole.values(given)
-        return f, f_u[:, keep]
-
-    return Equations(values, whole.states, whole.parameters[1:], whole.turns[keep], whole.scale[keep])
+    unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value:.9g} it is not identified: {why}")
+    return by_law or unknown
 
 
 def _of_growth(cycles: Cycles, here: Cycle, grown: Growth, why: str) -> BranchEnd:
@@ -163,6 +160,42 @@ def _of_growth(cycles: Cycles, here: Cycle, grown: Growth, why: str) -> BranchEn
     return made(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
 
 
+def _beyond_resolution(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle]) -> BranchEnd | None:
+    """A saddle connection so near that the parameter no longer changes: all that still grows is the time spent at saddles.
+
+    Where the law of the period is not reached before that, this is what there is to see of it.
+    """
+    here, name = last[-1], cycles.equations.parameters[-1]
+    late = values[periods > here.period / _GROWN_AT_REST]
+    resolved = _RESOLVED * max(float(np.abs(values).max()), float(np.ptp(values)))
+    if len(late) < _FEWEST or np.ptp(late) > resolved or here.period <= last[0].period:
+        return None
+    saddles = _saddles(cycles, here, _slow_places(cycles, here), here.parameter)
+    spent, spent_before = ([_time_near(c, s.point.x, _sizes(here)) for s in saddles] for c in (here, last[0]))
+    approached = [
+        t * s.growing * s.decaying / (s.growing + s.decaying) > _APPROACHED for t, s in zip(spent, saddles, strict=True)
+    ]
+    gained = (sum(spent) - sum(spent_before)) / (here.period - last[0].period)
+    if not saddles or not all(approached) or abs(gained - 1) > _ALL_AT_SADDLES:
+        return None
+    count = "a saddle" if len(saddles) == 1 else f"{len(saddles)} saddles"
+    sentence = (
+        f"at {name} = {here.parameter:.9g} the period grows beyond all bounds: {name} no longer changes, and all that the "
+        f"period still gains is time near {count}"
+    )
+    of = saddles[0].point.x, saddles[0].point.eigenvalues
+    return BranchEnd(SADDLE_CONNECTION, here.parameter, resolved, here.period, sentence, *of)
+
+
+def _time_near(cycle: Cycle, x: np.ndarray, sizes: np.ndarray) -> float:
+    """The time that an orbit spends near a state (n,)."""
+    edges = cycle.problem.mesh.edges
+    tau = np.unique(np.concatenate([a + (b - a) * np.linspace(0, 1, _FINE) for a, b in pairwise(edges)]))
+    away = np.linalg.norm((cycle.at(tau) - x[:, None]) / sizes[:, None], axis=0) - _AROUND
+    inside, all_ = (np.abs(each[1:]) + np.abs(each[:-1]) for each in (np.minimum(away, 0.0), away))
+    return cycle.period * float(np.diff(tau) @ (inside / all_))
+
+
 def _agree(parameter: float, law: PeriodLaw, last: float) -> bool:
     return abs(parameter - law.critical) <= max(_ERRORS * law.error, _AGREE_CRITICAL * abs(last - law.critical))
 
@@ -191,32 +224,16 @@ def _near(here: Cycle, place: np.ndarray, x: np.ndarray) -> bool:
     return bool(np.linalg.norm((x - place) / _sizes(here)) < _NEAR)
 
 
-def _equilibria(cycles: Cycles) -> Equilibria:
-    return Equilibria(equations_of(cycles), (-math.inf, math.inf), _STEPS)
-
-
-def _special(equilibria: Equilibria, start: CurvePoint, kind: str) -> Equilibrium | None:
-    """The first point of a kind on the branch of equilibria through a point, whichever way it is nearer."""
-
-    def ways() -> Iterator[Equilibrium]:
-        for point in (start, equilibria.curve.backwards(start)):
-            found = next((p for p in islice(equilibria.walk(point), _POINTS) if p.kind == kind), None)
-            if found is not None:
-                yield found
-
-    return min(ways(), key=lambda p: abs(p.point.length), default=None)
-
-
 def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibrium | None:
     """The fold of equilibria near the place where an orbit is slowest: there are none at the orbit's own parameter."""
     if len(places) != 1:
         return None
-    equilibria = _equilibria(cycles)
+    equilibria = equilibria_of(cycles.equations)
     u = np.append(places[0], here.parameter)
     scale = equilibria.equations.scale[:-1]
     across = np.linalg.svd(equilibria.equations.values(u)[1][:, :-1] * scale / scale[:, None])[2][-1]
     try:
-        fold = _special(equilibria, equilibria.curve.start(u, np.append(across * scale, 0.0)), FOLD)
+        fold = nearest_special(equilibria, equilibria.curve.start(u, np.append(across * scale, 0.0)), FOLD)
     except RunError:
         return None
     return fold if fold is not None and _near(here, places[0], fold.x) else None
@@ -224,7 +241,7 @@ def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibr
 
 def _saddles(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray], value: float) -> list[_Saddle]:
     """The saddles at the slow places of an orbit, none where one of these is no saddle."""
-    equilibria, found = _equilibria(cycles), list[_Saddle]()
+    equilibria, found = equilibria_of(cycles.equations), list[_Saddle]()
     for place in places:
         try:
             point = equilibria.seen(equilibria.start(place, value))
@@ -262,28 +279,3 @@ def _rates(saddles: Sequence[_Saddle]) -> list[float]:
             outward, inward = np.roll(u, -first), np.roll(s, -first)
             rates.append(1 / (np.cumprod([1.0, *(inward / outward)[:-1]]) / outward).sum())
     return [float(rate) for rate in rates]
-
-
-def _at_hopf(cycles: Cycles, last: Sequence[Cycle]) -> BranchEnd | None:
-    """The Hopf point at which orbits shrink to an equilibrium: the square of their size is linear in the parameter."""
-    here, equilibria = last[-1], _equilibria(cycles)
-    value = here.parameter
-    if len(last) > 1:
-        (a, b), (p, q) = [_square(c) for c in last[-2:]], [c.parameter for c in last[-2:]]
-        value = q if a == b else (a * q - b * p) / (a - b)
-    name, mean = cycles.equations.parameters[-1], here.states @ here.problem.mesh.shares
-    try:
-        start = equilibria.start(mean, value)
-        hopf = _special(equilibria, start, HOPF_POINT) or equilibria.seen(start)
-    except RunError:
-        return None
-    if abs(hopf.frequency * here.period / (2 * math.pi) - 1) > _AGREE_FREQUENCY:
-        return None
-    sentence = f"at {name} = {hopf.parameter:.9g} the orbit shrinks to an equilibrium: a Hopf point"
-    return BranchEnd(HOPF, hopf.parameter, 0.0, here.period, sentence, hopf.x, hopf.eigenvalues)
-
-
-def _square(cycle: Cycle) -> float:
-    """The mean square of an orbit's deviation from its mean, by its sizes."""
-    shares, y = cycle.problem.mesh.shares, cycle.states / cycle.problem.sizes[:-2, None]
-    return float((((y - (y @ shares)[:, None]) ** 2) @ shares).sum())

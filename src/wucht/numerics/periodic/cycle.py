@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.problem import CurvePoint, Problem
 
 FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
 _STILL = 0.02  # by how much of its size a parameter changes, at most, while the period grows e-fold
@@ -53,20 +54,33 @@ class Orbit:
         return float(self.problem.split(self.point.u)[1][0])
 
 
+class Hidden(NamedTuple):
+    """A special point that was not located: its kind, and the parameter's values at the orbits on either side."""
+
+    kind: str
+    between: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Cycle(Orbit):
     """A periodic orbit of a branch.
 
-    logarithms (n-1,): ln mu of Floquet's multipliers without the trivial one, as the collocation has them, right near the unit
-    circle, not where mu is tiny (``floquet`` has those). along: ln mu of the trivial one, 0 but for errors. basis (n-1, n-1):
-    of their invariant subspaces, for a neighbour. kind: ``""``, ``"fold"``, ``"period-doubling"``, ``"torus"``,
-    ``"branch-point"``.
+    logarithms (n-1,): ln mu of Floquet's multipliers without the trivial one. Of two states that is the integral of the
+    divergence over a period (Liouville's formula); of more they are those of the collocation, right near the unit circle, not
+    where mu is tiny (``floquet`` has those). along: ln mu of the trivial one, 0 but for errors. product_error: by how much the
+    sum of all is not the integral of the divergence. basis (n-1, n-1): of their invariant subspaces, for a neighbour.
+    kind: ``""``, ``"fold"``, ``"period-doubling"``, ``"torus"``, ``"branch-point"``, or ``"unresolved"``: a special point
+    that was not located lies between the orbit before and this one. other: at a branch point, the direction, of all unknowns,
+    of the branch that crosses. hidden: of an unresolved point, what it may be, and the parameter's values between which it is.
     """
 
     logarithms: np.ndarray
     along: float
+    product_error: float
     basis: np.ndarray
     kind: str = ""
+    other: np.ndarray = field(default_factory=lambda: np.empty(0))
+    hidden: Hidden | None = None
 
     @property
     def parameter(self) -> float:
@@ -80,13 +94,26 @@ class Cycle(Orbit):
 
     @property
     def unstable(self) -> int:
-        """How many multipliers lie outside the unit circle."""
-        return int((self.logarithms.real > 0).sum())
+        """How many multipliers lie outside the unit circle; of a special orbit those that lie on it do not count."""
+        return int((np.delete(self.logarithms.real, self._on_circle) > 0).sum())
+
+    @property
+    def _on_circle(self) -> list[int]:
+        """Which of the multipliers lie on the unit circle, by the kind."""
+        values = self.logarithms
+        if self.kind in (FOLD, BRANCH_POINT):
+            return [int(np.abs(values).argmin())]
+        if self.kind == DOUBLING:
+            return [int((np.abs(values.real) + np.abs(np.abs(values.imag) - math.pi)).argmin())]
+        return critical_pair(values) if self.kind == TORUS else []
 
     @property
     def trusted(self) -> bool:
-        """Whether the multipliers are known: near a connection of saddles they grow until even the trivial one is lost."""
-        return abs(self.along) < _LOST
+        """Whether the multipliers are known: near a connection of saddles they grow until even the trivial one is lost.
+
+        Of two states the only one is known without that.
+        """
+        return len(self.logarithms) < 2 or abs(self.along) < _LOST
 
     @property
     def lengthens(self) -> bool:
@@ -112,13 +139,24 @@ def swing(here: Orbit, there: Orbit) -> float:
 
     So it is once a branch has passed through a point, as at a Hopf point. Orbits that wind have no such size: 1.
     """
-    problem = here.problem
+    return _size_in_terms_of(here.problem, here.states, there.at(here.tau))
+
+
+def is_orbit(problem: Problem, here: CurvePoint, there: CurvePoint) -> bool:
+    """Whether a point of a curve after another one is an orbit too: an equilibrium satisfies the same equations."""
+    assert isinstance(problem, BoundaryValueProblem)
+    a, b = (problem.split(point.u)[0].T for point in (here, there))
+    return abs(_size_in_terms_of(problem, a, b)) > VANISHED
+
+
+def _size_in_terms_of(problem: BoundaryValueProblem, a: np.ndarray, b: np.ndarray) -> float:
+    """Of states (n, K) at the nodes of a problem, in terms of others."""
     if np.any(problem.winding):
         return 1.0
-    a, b, shares = here.states, there.at(here.tau), problem.mesh.shares
+    shares = problem.mesh.shares
     a, b = (each - (each @ shares)[:, None] for each in (a, b))
-    along, own = ((a * other) @ shares / problem.sizes[: len(a)] ** 2 for other in (b, a))
-    return float(along.sum() / own.sum())
+    along, whole = ((a * other) @ shares / problem.sizes[: len(a)] ** 2 for other in (b, a))
+    return float(along.sum() / whole.sum())
 
 
 def _along_parameter(cycle: Cycle) -> float:
@@ -131,25 +169,29 @@ def _minus_one(cycle: Cycle) -> float:
 
 def _on_circle(cycle: Cycle) -> float:
     """Zero where the product of two multipliers is 1."""
-    return _product(_sums(cycle))
+    return _product(_sums(cycle.logarithms))
 
 
 def _plus_one(cycle: Cycle) -> float:
-    """Zero where a second multiplier is 1 and the branch does not turn: where another branch crosses it."""
-    value = _product(cycle.logarithms)
-    return math.copysign(value, value * cycle.point.tangent[-1])
+    """Passes zero where a second multiplier is 1 and the branch does not turn: where another branch crosses it."""
+    return _product(cycle.logarithms) * _along_parameter(cycle)
 
 
 def has_pair_on_circle(cycle: Cycle) -> bool:
     """Whether those two multipliers whose product is nearest to 1 are a complex pair."""
-    values, i = cycle.logarithms, np.triu_indices(len(cycle.logarithms), 1)[0]
-    nearest = np.abs(np.expm1(_sums(cycle))).argmin()
-    return bool(abs(values[i[nearest]].imag) not in (0.0, math.pi))
+    i, _ = critical_pair(cycle.logarithms)
+    return bool(abs(cycle.logarithms[i].imag) not in (0.0, math.pi))
 
 
-def _sums(cycle: Cycle) -> np.ndarray:
-    values, (i, j) = cycle.logarithms, np.triu_indices(len(cycle.logarithms), 1)
-    return np.asarray(values[i] + values[j])
+def critical_pair(logarithms: np.ndarray) -> list[int]:
+    """Which two multipliers, given ln mu, have the product that is nearest to 1."""
+    nearest = np.abs(np.expm1(_sums(logarithms))).argmin()
+    return [int(each[nearest]) for each in np.triu_indices(len(logarithms), 1)]
+
+
+def _sums(logarithms: np.ndarray) -> np.ndarray:
+    i, j = np.triu_indices(len(logarithms), 1)
+    return np.asarray(logarithms[i] + logarithms[j])
 
 
 def _product(logarithms: np.ndarray) -> float:

@@ -21,7 +21,7 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, End
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, Orbit, swing
-from wucht.numerics.periodic.cycle_starts import carried, crossing
+from wucht.numerics.periodic.cycle_starts import carried
 from wucht.numerics.periodic.cycles import STEPS, Cycles
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
 from wucht.numerics.variational import variational
@@ -177,7 +177,7 @@ def _changes(at: Cycle, kind: str) -> tuple[np.ndarray, list[float]]:
     if kind == DOUBLING:
         return carried(at, -1.0).real, []
     if kind == BRANCH_POINT:
-        change, (longer, _) = at.problem.split(crossing(at))
+        change, (longer, _) = at.problem.split(at.other)
         return change, [float(longer), 0.0]
     values = at.logarithms[at.logarithms.imag > 0]
     angle = float(values[np.abs(values.real).argmin()].imag)

@@ -124,22 +124,9 @@ def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles,
 
 def switched(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
     """First orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
-    curve, other = at.curve, crossing(at)
+    curve, other = at.curve, at.other
     first, second = (cycles.exactly(curve).start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
     return cycles.seen(curve, first), cycles.seen(curve, second)
-
-
-def crossing(at: Cycle) -> np.ndarray:
-    """The direction, of all unknowns, in which another branch leaves a branch point. Raises ``RunError``."""
-    problem, point = at.problem, at.point
-    across = point.tangent / problem.scale**2
-    # Where the equations are nearly singular any solution is mostly the direction in which they are.
-    sides = np.append(np.random.default_rng(0).normal(size=len(point.u) - 1), 0.0)[:, None]
-    other = problem.solution(point.jacobian, across, sides)[0][:, 0]
-    other /= np.linalg.norm(other / problem.scale)
-    if not np.isfinite(other).all():
-        raise RunError("the direction of the other branch was not found")
-    return np.asarray(other)
 
 
 def carried(at: Cycle, multiplier: complex) -> np.ndarray:

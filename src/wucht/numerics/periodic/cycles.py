@@ -8,7 +8,7 @@ Continuation Methods for Dynamical Systems, Springer 2007, section 1.4.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,12 +18,25 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.curve import CLOSED, Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
-from wucht.numerics.periodic.cycle import FOLD, TESTS, TORUS, VANISHED, Cycle, has_pair_on_circle, swing
-from wucht.numerics.periodic.floquet import across_flow, logarithms
+from wucht.numerics.periodic.cycle import (
+    BRANCH_POINT,
+    FOLD,
+    TESTS,
+    TORUS,
+    Cycle,
+    Hidden,
+    has_pair_on_circle,
+    is_orbit,
+    swing,
+)
+from wucht.numerics.periodic.floquet import collocated_multipliers
+from wucht.numerics.periodic.hopf_ends import SHRINKS, VANISHES, hopf_point
+from wucht.numerics.periodic.orbit_branch_points import orbit_branch_point
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
 from wucht.system import System
 
@@ -32,7 +45,9 @@ _LOCATING = 1e-9  # accuracy, when they are
 _EXACT = 1e-10  # Newton's tolerance, then
 _ROUNDING = 1e-9  # a test function that is smaller says nothing
 _STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: it does not change but for rounding
+_STANDS = 1e-7  # of the parameter's share in the tangent, on any mesh: below it its sign says nothing on its own
 _NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
+_ASIDE = (0.05, 0.1, 0.2, 0.4)  # of the way between two neighbours: so far from where a branch point seems to be
 _LONGER = 4  # times the least period: a branch on which only the period still changes, then
 STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, foretold=True)
 
@@ -112,7 +127,7 @@ class Cycles:
 
     def curve(self, problem: BoundaryValueProblem) -> Curve:
         """What is followed, within the bounds of parameter and period."""
-        return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps)
+        return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps, is_orbit)
 
     @staticmethod
     def exactly(curve: Curve) -> Curve:
@@ -125,10 +140,7 @@ class Cycles:
         assert isinstance(problem, BoundaryValueProblem)
         if curve.steps.foretold:  # the Jacobian is that at a point before
             point = replace(point, jacobian=problem.residual(point.u)[1])
-        maps = point.jacobian.maps()[:, -1]
-        across, along = across_flow(maps, problem.rates_at_edges(point.u)[:-1])
-        values, basis = logarithms(across, near, _STEERING)
-        return Cycle(curve, point, values, along, basis)
+        return Cycle(curve, point, *collocated_multipliers(problem, point.u, point.jacobian, near, _STEERING))
 
     def walk(self, start: Cycle) -> Walk[Cycle]:
         """The orbits from a first one on, special ones among them, as they are asked for."""
@@ -144,43 +156,74 @@ class Cycles:
         last = {kind: (start, test(start)) for kind, test in TESTS.items()}
         for curve, point in walk:
             there = self.seen(curve, point, here.basis)
-            if (size := swing(here, there)) < VANISHED:
+            if (size := swing(here, there)) < 0:
+                shrinking = [here]
                 with suppress(RunError):
-                    share = _NEARLY / (1 - min(size, 0.0))
+                    share = _NEARLY / (1 - size)
                     small = self.seen(curve, curve.between(here.on(there.problem.mesh), there.point, share), here.basis)
-                    if swing(here, small) > VANISHED:
-                        yield small
-                return "it shrinks to an equilibrium: a Hopf point"
-            found = []
+                    shrinking.append(small)
+                    yield small
+                return SHRINKS if hopf_point(self.equations, shrinking) is not None else VANISHES
+            passed = dict[str, Cycle]()
             for kind, test in TESTS.items() if there.trusted else ():
                 value, (before, valued) = test(there), last[kind]
                 if abs(value) > _ROUNDING:
                     if value * valued < 0 and abs(valued) > _ROUNDING and before.trusted:
-                        found.append(self._located(curve, before, there, kind))
+                        passed[kind] = before
                     last[kind] = there, value
-            yield from sorted((c for c in found if c is not None), key=lambda c: c.point.length)
+            if {FOLD, BRANCH_POINT} <= passed.keys() and self._stands_still(here, there):
+                del passed[FOLD], passed[BRANCH_POINT]
+            special = [c for kind, before in passed.items() for c in self._between(curve, before, there, kind)]
+            yield from sorted(special, key=lambda c: c.point.length)
             yield there
             here, least = there, min(least, there.period)
-        if here.period > _LONGER * least and here.lengthens:
-            return f"the period grows without bound as {self.equations.parameters[-1]} approaches {here.parameter:.6g}"
+        if walk.end != CLOSED and here.period > _LONGER * least and here.lengthens:
+            grown = f"the period has grown from {least:.6g} to {here.period:.6g}"
+            return f"{walk.end}; {grown}, while {self.equations.parameters[-1]} stays near {here.parameter:.6g}"
         return walk.end
 
-    def _located(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> Cycle | None:
-        """The point between two at which a test function passes zero."""
-        test, before = TESTS[kind], here.on(there.problem.mesh)
+    def _stands_still(self, *neighbours: Cycle) -> bool:
+        """Whether the parameter does not change but for errors: their sign makes a fold of what no multiplier passes."""
+        return all(abs(c.point.tangent[-1]) < _STANDS * self.equations.scale[-1] for c in neighbours)
+
+    def _between(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> list[Cycle]:
+        """The special orbit between two at which a test function changes its sign; none where that is no special orbit."""
+        before = here.on(there.problem.mesh)
         try:
             fine, first, last = self._refined(curve, before, there.point)
         except RunError:  # near a connection of saddles, where the parameter stands still but for errors
             if kind == FOLD:
-                return None
+                return []
             fine, first, last = curve, before, there.point
-        ends = [p.tangent[-1] / self.equations.scale[-1] for p in (first, last)]
-        if kind == FOLD and not (ends[0] * ends[1] < 0 and np.abs(ends).min() > _STILL):
-            return None
-        found = located(fine, first, last, partial(self.seen, fine, near=here.basis), test)
-        if found is None or (kind == TORUS and not has_pair_on_circle(found)):
-            return None
-        return replace(found, kind=kind)
+        moved = [p.tangent[-1] / self.equations.scale[-1] for p in (first, last)]
+        seen, test = partial(self.seen, fine, near=here.basis), TESTS[kind]
+        if kind in (FOLD, BRANCH_POINT) and np.abs(moved).min() < _STILL:
+            return []
+        if not (values := [test(seen(p)) for p in (first, last)])[0] * values[1] < 0:  # on the better mesh nothing is passed
+            return []
+        if kind == BRANCH_POINT:
+            special = self._branch_point(fine, first, last, values[0] / (values[0] - values[1]), seen)
+        else:
+            special = located(fine, first, last, seen, test)
+        if special is None:
+            return [replace(there, kind=UNRESOLVED, hidden=Hidden(kind, (here.parameter, there.parameter)))]
+        return [] if kind == TORUS and not has_pair_on_circle(special) else [replace(special, kind=kind)]
+
+    def _branch_point(
+        self, curve: Curve, a: CurvePoint, b: CurvePoint, root: float, seen: Callable[[CurvePoint], Cycle]
+    ) -> Cycle | None:
+        """The branch point between two neighbours, at about a share of the way; None where none is found from orbits there."""
+        for share in (root, *(root + s * d for d in _ASIDE for s in (1, -1))):
+            if not 0 <= share <= 1:
+                continue
+            with suppress(RunError):
+                near = curve.between(a, b, share)
+                near = replace(near, jacobian=curve.problem.residual(near.u)[1])
+                at = orbit_branch_point(curve, near, a, b)
+                length = a.length + at.share * (b.length - a.length)
+                point = CurvePoint(at.u, at.tangents[0], curve.problem.residual(at.u)[1], length, 0)
+                return replace(seen(point), other=at.tangents[1])
+        return None
 
     def _refined(self, curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[Curve, CurvePoint, CurvePoint]:
         """Two neighbours as they are on a mesh that is good enough for what lies between them to be located."""

@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from wucht.errors import RunError
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
@@ -23,6 +26,8 @@ from wucht.system import System
 _CONDITION = 1e4  # of products of maps: four digits less than rounding
 _MOST_LEGS = 100_000  # of a period
 _PERIODS = 25
+_VOLUMES, _HALVINGS = 1e-6, 6  # of ln of a map's determinant: what it may be wrong by; how often its interval is halved
+_ALIKE = 1e-5  # of ln mu: what it changes by on a finer mesh, where it is known on its own
 _INTEGRATION = 1e-15  # tolerance
 
 
@@ -83,6 +88,63 @@ def across_flow(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
     with np.errstate(divide="ignore"):
         along = float(np.log(np.abs(turned[:, 0, 0])).sum())
     return turned[:, 1:, 1:], along
+
+
+class OrbitMultipliers(NamedTuple):
+    """Of an orbit. logarithms (n-1,): ln mu without the trivial one. along: that one's, 0 but for errors. product_error: by how
+    much the sum of all is not the integral of the divergence over a period. basis (n-1, n-1): see ``logarithms``."""
+
+    logarithms: np.ndarray
+    along: float
+    product_error: float
+    basis: np.ndarray
+
+
+def collocated_multipliers(
+    problem: BoundaryValueProblem, u: np.ndarray, jacobian: CollocationJacobian, near: np.ndarray | None, tolerance: float
+) -> OrbitMultipliers:
+    """The multipliers of an orbit as collocation has them, their product checked by Liouville's formula.
+
+    Where that is not met the changes decay or grow too fast for the mesh, and it is halved there, some times. The orbit is less
+    accurate between the points of its own mesh than on them: multipliers that hardly change by that stay as they were. Of two
+    states the only one is the integral itself.
+
+    Parameters
+    ----------
+    problem : BoundaryValueProblem
+        Of the orbit.
+    u : ndarray
+        Its unknowns.
+    jacobian : CollocationJacobian
+        There.
+    near : ndarray, (n-1, n-1), optional
+        The basis of a neighbour.
+    tolerance : float
+        Relative, of mu.
+    """
+    maps, volumes = jacobian.maps()[:, -1], problem.divergences(u)
+    across, along = across_flow(maps, problem.rates_at_edges(u)[:-1])
+    values, basis = logarithms(across, near, tolerance)
+    product = float(volumes.sum())
+    if len(values) == 1:
+        return OrbitMultipliers(np.array([product + 0j]), along, 0.0, basis)
+    wrong = _wrong_volumes(maps, volumes)
+    for _ in range(_HALVINGS if wrong.any() else 0):
+        mesh = problem.mesh.halved(wrong)
+        u, problem = problem.moved(u, mesh), replace(problem, mesh=mesh)
+        problem = replace(problem, reference=problem.referred(u))
+        maps, volumes = problem.residual(u)[1].maps()[:, -1], problem.divergences(u)
+        if not (wrong := _wrong_volumes(maps, volumes)).any():
+            break
+    if problem.mesh.intervals > len(jacobian.first):
+        finer = logarithms(across_flow(maps, problem.rates_at_edges(u)[:-1])[0], near, tolerance)[0]
+        values = np.where(np.abs(finer - values) < _ALIKE, values, finer)
+    return OrbitMultipliers(values, along, float(values.real.sum()) + along - product, basis)
+
+
+def _wrong_volumes(maps: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+    """Which maps (G, n, n) have another determinant than what volumes grow by, given its logarithm (G,)."""
+    return np.asarray(~(np.abs(np.linalg.slogdet(maps)[1] - volumes) < _VOLUMES))
 
 
 def _merged(maps: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.numerics.continuation.equations import Equations, Values
 from wucht.system import TIME, System
 
 PERIOD = sp.Symbol("_period", real=True)
@@ -26,6 +27,20 @@ def in_periods(system: System) -> System:
         raise WuchtError("these equations depend on time: give them a phase instead, by forced(system, frequency)")
     derivatives = tuple(PERIOD * d for d in system.derivatives)
     return System(system.states, derivatives, (PERIOD, *system.parameters), system.definitions, angles=system.angles)
+
+
+def equilibrium_equations(orbits: Equations) -> Equations:
+    """f(x, p) = 0 of the System whose orbits y' = T f(y, p) have these equations, with the period and one parameter varied."""
+    n = orbits.n
+    rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
+
+    def values(u: np.ndarray) -> Values:
+        given = np.ones((n + 2, *u.shape[1:]))
+        given[rows] = u  # the period is 1: then T f is f
+        f, f_u = orbits.values(given)
+        return f, f_u[:, keep]
+
+    return Equations(values, orbits.states, orbits.parameters[1:], orbits.turns[keep], orbits.scale[keep])
 
 
 def refuse_empty(name: str, bounds: tuple[float, float]) -> None:

@@ -14,10 +14,10 @@ from wucht.numerics.continuation.equilibria import HOPF, Equilibria, Equilibrium
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.periodic.branch_ends import equations_of
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.periodic.periods import equilibrium_equations
 from wucht.numerics.recurrence import recurrence, rests
 from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
 from wucht.studies.speed_curve.following import FollowedBranch
@@ -204,5 +204,5 @@ def orbits_of_hopf_points(
 
 def _equilibrium(cycles: Cycles, u: np.ndarray) -> Equilibrium:
     """A Hopf point as ``cycle_at_hopf`` takes it."""
-    equilibria = Equilibria(equations_of(cycles), cycles.bounds)
+    equilibria = Equilibria(equilibrium_equations(cycles.equations), cycles.bounds)
     return equilibria.seen(equilibria.start(u[:-1], float(u[-1])))
