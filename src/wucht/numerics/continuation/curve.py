@@ -132,8 +132,9 @@ class Curve:
                 yield curve, last
                 return curve.left_at(index, bound)
             after, _ = curve.problem.outline(there.u)
-            if made > 1 and _passes(before, after, first, turns) and curve._returns(here, there, first, begins):
-                yield curve, curve._at_begin(there, start)
+            close = made > 1 and _passes(before, after, first, turns)
+            if close and (again := curve._returned(here, there, start, first, begins)) is not None:
+                yield curve, again
                 return CLOSED
             yield curve, there
             before, made, begins = after, made + 1, begins if made else after - first
@@ -260,28 +261,28 @@ class Curve:
         found = replace(found, u=u)
         return found if found.tangent @ (here.tangent / self.problem.scale**2) > 0 else self.backwards(found)
 
-    def _returns(self, here: CurvePoint, there: CurvePoint, first: np.ndarray, begins: np.ndarray) -> bool:
-        """Whether the curve between two points runs through the first one, in the direction in which it began."""
+    def _returned(
+        self, here: CurvePoint, there: CurvePoint, start: CurvePoint, first: np.ndarray, begins: np.ndarray
+    ) -> CurvePoint | None:
+        """The first point once more, where the curve between two points runs through it in the direction in which it began."""
         (before, turns), (after, _) = (self.problem.outline(p.u) for p in (here, there))
         way, away = after - before, first - before
         away = away - _whole(away, turns)
         if way @ begins < _SAME_WAY * math.sqrt((way @ way) * (begins @ begins)):
-            return False
+            return None
         try:
-            near, _ = self.problem.outline(self.between(here, there, float(away @ way) / float(way @ way)).u)
+            near = self.between(here, there, float(away @ way) / float(way @ way))
         except RunError:  # too near to another branch: the way alone says that it returns
-            return True
-        off = near - before - away
-        return float(off @ off) < _SAME**2 * float(way @ way)
+            return self._at_begin(there, start)
+        off = self.problem.outline(near.u)[0] - before - away
+        return self._at_begin(near, start) if float(off @ off) < _SAME**2 * float(way @ way) else None
 
     def _at_begin(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
-        """The first point once more, seen from the end of a closed curve: after whole turns of its angles."""
-        if len(there.u) != len(start.u):
+        """The first point itself, after whole turns of its angles, where an outline is all of it; else the point beside it."""
+        _, turns = self.problem.outline(there.u)
+        if len(turns) != len(there.u):
             return there
-        _, turns = self.problem.outline(start.u)
         away = (there.u - start.u) / self.problem.scale
-        if len(turns) != len(away):
-            return there
         return replace(start, u=start.u + _whole(away, turns) * self.problem.scale, length=there.length)
 
 

@@ -174,7 +174,9 @@ class Cycles:
             if {FOLD, BRANCH_POINT} <= passed.keys() and self._stands_still(here, there):
                 del passed[FOLD], passed[BRANCH_POINT]
             special = [c for kind, before in passed.items() for c in self._between(curve, before, there, kind)]
-            yield from sorted(special, key=lambda c: c.point.length)
+            values = [c.parameter for c in (here, there, *special)]  # a fold may lie beyond both
+            for c in sorted(special, key=lambda c: c.point.length):
+                yield c if c.hidden is None else replace(c, hidden=Hidden(c.hidden.kind, (min(values), max(values))))
             yield there
             here, least = there, min(least, there.period)
         if walk.end != CLOSED and here.period > _LONGER * least and here.lengthens:

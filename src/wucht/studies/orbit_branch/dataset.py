@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.numerics.periodic.branch_ends import BranchEnd
+from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
 from wucht.results.conventions import answered, variable
 from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
 from wucht.studies.orbit_branch.prepare import Plan
@@ -16,11 +16,11 @@ from wucht.studies.orbit_branch.single_orbits import ReportedOrbit
 if TYPE_CHECKING:
     import xarray as xr
 
+_PRODUCT = 1e-3  # of ln of the multipliers' product: what it may be wrong by
 _MOST_LOST = 4  # sentences on what was not found
 _ENDS = {
     "saddle-node-on-orbit": "a saddle-node on the orbit", "saddle-connection": "a saddle connection", "hopf": "a Hopf point",
     "range": "the end of the range", "period-limit": "the longest period", "not-identified": "an end that is not identified",
-    "closed": "its own begin",
 }  # fmt: skip
 
 
@@ -98,6 +98,7 @@ def _special(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
             listed.append({
                 "kind": branch.kinds[i], plan.along.path: float(values[i]), "branch": k, "period": float(periods[i]),
                 "period_phi": phi, "min_speed": float(low[i]), "max_speed": float(high[i]),
+                **({} if (of := branch.hidden[i]) is None else {"hidden": of.kind, "between": list(of.between)}),
             })  # fmt: skip
     return listed
 
@@ -106,11 +107,14 @@ def _branches(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
     listed, names = [], plan.subject.system.state_names
     for branch in findings.branches:
         values, kinds = branch.joined("values"), np.array([bool(kind) for kind in branch.kinds])
-        stable = branch.joined("stable") & ~kinds
+        stretches = _stretches(branch.joined("stable") & ~kinds, kinds)
+        limits = [_limits(branch, values, i, j) for i, j in stretches]
+        if len(limits) > 1 and branch.onward.end.kind == CLOSED and stretches[0][0] == 0 and stretches[-1][1] == len(values):
+            one, other = limits[0], limits.pop()  # the same stretch, on either side of the first orbit
+            limits[0] = [min(one[0], other[0]), max(one[1], other[1])]
         listed.append({
             "begun": branch.seed.begun, "range": [float(values.min()), float(values.max())],
-            "winding": {n: int(w) for n, w in zip(names, branch.seed.winding, strict=True) if w},
-            "stable": [_limits(branch, values, i, j) for i, j in _stretches(stable, kinds)],
+            "winding": {n: int(w) for n, w in zip(names, branch.seed.winding, strict=True) if w}, "stable": limits,
         })  # fmt: skip
     return listed
 
@@ -160,6 +164,7 @@ def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]])
     low, high = min(values.min(), own[0].parameter), max(values.max(), own[-1].parameter)
     names = [_ENDS.get(e.kind, e.kind.replace("-", " ")) for e in own]
     how = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
+    how = "it is closed" if own[0].kind == CLOSED else how
     stretches = _branches(plan, findings)[0]["stable"]
     stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
     within = " within their section" if plan.subject.embedding is not None else ""
@@ -177,6 +182,12 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         lines.append(f"so are {len(findings.lost) - _MOST_LOST} more")
     if plan.without and findings.branches and not plan.without.startswith("equilibria"):
         lines.append(plan.without)
+    wrong = np.concatenate([np.empty(0), *(b.joined("product_error") for b in findings.branches)])
+    if (wrong > _PRODUCT).any():
+        lines.append(
+            f"of {(wrong > _PRODUCT).sum()} orbits the multipliers' product is wrong by a factor of up to e^{wrong.max():.3g}: "
+            "the disturbances that decay fastest are not known there"
+        )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
     given = plan.values if plan.values is not None else ()

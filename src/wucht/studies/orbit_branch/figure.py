@@ -18,7 +18,9 @@ _STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.8, "zorder": 3}
 _UNSTABLE: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 1.1, "zorder": 3}
 _MARKS = {
     "fold": ("o", "white"), "period-doubling": ("^", "white"), "torus": ("D", "white"), "branch-point": ("s", "black"),
+    "unresolved": ("*", "white"),
 }  # fmt: skip
+_NAMES = {"unresolved": "special point not located"}
 _ENDS = {
     "saddle-node-on-orbit": ("X", "saddle-node on the orbit"), "saddle-connection": ("P", "saddle connection"),
     "hopf": ("d", "Hopf point"), "not-identified": ("$?$", "end not identified"),
@@ -165,7 +167,7 @@ def _legend(result: xr.Dataset, chosen: list[int]) -> list[Any]:
             handles.append(Line2D([], [], color=_STEADY, label="steady states, unstable", **_UNSTABLE))
     for kind in dict.fromkeys(k for k in result.orbit_kind.values.astype(str).tolist() if k):
         marker, face = _MARKS.get(kind, ("o", "white"))
-        style = {"marker": marker, "markerfacecolor": face, "markersize": 5, "label": kind.replace("-", " ")}
+        style = {"marker": marker, "markerfacecolor": face, "markersize": 5, "label": _NAMES.get(kind, kind.replace("-", " "))}
         handles.append(Line2D([], [], color="black", linestyle="", **style))
     for kind in dict.fromkeys(result.end_kind.values.astype(str).tolist()):
         if kind in _ENDS:

@@ -34,7 +34,7 @@ def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Var
     )
     logarithms = joined([b.joined("logarithms") for b in branches], n - 1)
     trusted = joined([b.joined("trusted") for b in branches]) > 0
-    growth = logarithms.real
+    unstable, stable = (joined([b.joined(name) for b in branches]) for name in ("unstable", "stable"))
     special = joined([np.array([bool(kind) for kind in b.kinds]) for b in branches])
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
     rates = np.where(trusted, logarithms, complex(math.nan, math.nan)) / periods
@@ -47,8 +47,8 @@ def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Var
         "mean_speed": variable("point", mean, f"mean {s.shown}", s.unit),
         "min_amplitude": variable("point", least, "least amplitude of the axis", s.length),
         "max_amplitude": variable("point", largest, "largest amplitude of the axis", s.length),
-        "unstable": variable("point", (growth > 0).sum(axis=0).astype(int), "how many disturbances grow"),
-        "stable": variable("point", (growth.max(axis=0, initial=-math.inf) < 0).astype(np.int8), "stable"),
+        "unstable": variable("point", unstable.astype(int), "how many disturbances grow"),
+        "stable": variable("point", stable.astype(np.int8), "stable"),
         "at_special": variable("point", special.astype(np.int8), "a special point"),
         "branch": variable("point", numbers.astype(int), "branch"),
         "exponent_re": variable("exponent point", rates.real, "real part of an exponent, by collocation", rate_unit(plan)),

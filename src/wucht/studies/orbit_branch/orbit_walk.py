@@ -11,7 +11,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
-from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, Hidden
 from wucht.numerics.periodic.cycle_starts import doubled, switched
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
@@ -46,8 +46,10 @@ class WalkedOrbits:
     """Orbits in order, from the first on.
 
     values, periods, mean, low, high (of what is drawn), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu as
-    the collocation has them. trusted (N,): whether these are right. kinds: "" or that of a special orbit. kept: some of them
-    whole. end: how it ends. offshoots: first orbits of other branches, or sentences why there is none.
+    the collocation has them. trusted (N,): whether these are right. product_error (N,): by how much their sum is wrong.
+    unstable (N,): how many disturbances grow. kinds: "" or that of a special orbit. hidden: of an unresolved one, what it may
+    be and where, else None. kept: some of them whole. end: how it ends. offshoots: first orbits of other branches, or sentences
+    why there is none.
     """
 
     values: np.ndarray
@@ -59,16 +61,18 @@ class WalkedOrbits:
     largest: np.ndarray
     logarithms: np.ndarray
     trusted: np.ndarray
+    product_error: np.ndarray
+    unstable: np.ndarray
     kinds: tuple[str, ...]
+    hidden: tuple[Hidden | None, ...]
     kept: tuple[KeptOrbit, ...]
     end: BranchEnd
     offshoots: tuple[SeedOrbit | str, ...] = field(default_factory=tuple)
 
     @property
     def stable(self) -> np.ndarray:
-        """Whether all disturbances decay (N,)."""
-        growth = self.logarithms.real.max(axis=0, initial=-math.inf)
-        return np.asarray(growth < 0)
+        """Whether all disturbances decay (N,), but for those that neither grow nor decay on a special orbit."""
+        return np.asarray(self.unstable == 0)
 
 
 def walked(
@@ -79,12 +83,13 @@ def walked(
     start = first_cycle(cycles, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
     numbers, kept, offshoots, last = [_numbers(subject, start)], [kept_of(start)], list[SeedOrbit | str](), [start]
-    logarithms, kinds = [start.logarithms], [""]
+    logarithms, kinds, hidden = [start.logarithms], [""], [start.hidden]
     for cycle in walk:
         watch(cycle.parameter)
         numbers.append(_numbers(subject, cycle))
         logarithms.append(cycle.logarithms)
         kinds.append(cycle.kind)
+        hidden.append(cycle.hidden)
         moved = abs(cycle.parameter - kept[-1].value) > _KEPT_EVERY * (bounds[1] - bounds[0])
         grown = not 1 / _KEPT_GROWTH < cycle.period / kept[-1].period < _KEPT_GROWTH
         if moved or grown or cycle.kind:
@@ -96,11 +101,12 @@ def walked(
     columns = np.array(numbers).T
     regular = np.array([not kind for kind in kinds])
     end = branch_end(cycles, columns[0, regular], columns[1, regular], last, walk.end)
-    values, periods, mean, low, high, least, largest, trusted = columns
+    values, periods, mean, low, high, least, largest, trusted, product_error, unstable = columns
     known = np.array(logarithms).reshape(len(kinds), -1).T
     return WalkedOrbits(
         values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=known,
-        trusted=trusted > 0, kinds=tuple(kinds), kept=tuple(kept), end=end, offshoots=tuple(offshoots),
+        trusted=trusted > 0, product_error=product_error, unstable=unstable.astype(int), kinds=tuple(kinds),
+        hidden=tuple(hidden), kept=tuple(kept), end=end, offshoots=tuple(offshoots),
     )  # fmt: skip
 
 
@@ -118,11 +124,13 @@ def first_cycle(cycles: Cycles, seed: SeedOrbit) -> Cycle:
 
 
 def _numbers(subject: OrbitSubject, cycle: Cycle) -> list[float]:
-    """Value, period, mean and range of what is drawn, range of the amplitude, whether multipliers are known."""
+    """Value, period, mean and range of what is drawn, range of the amplitude, whether multipliers are known, the error of their
+    product, how many lie outside the unit circle."""
     shown, amplitude = subject.seen(cycle.states, cycle.parameter)
     mean = cycle.integral(shown) / cycle.period
     low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (shown, amplitude) for side in (-1, 1))
-    return [cycle.parameter, cycle.period, mean, low, high, least, largest, float(cycle.trusted)]
+    known = float(cycle.trusted), abs(cycle.product_error), float(cycle.unstable)
+    return [cycle.parameter, cycle.period, mean, low, high, least, largest, *known]
 
 
 def peak(times: np.ndarray, values: np.ndarray) -> float:

@@ -27,7 +27,10 @@ def report(result: xr.Dataset) -> list[str]:
         )
         lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
     for p in s["special_points"][:_MOST]:
-        lines.append(f"  {p['kind']:12} {along} = {p[along]:.8g}{unit}: {_period(result, p)}")
+        where = f"{along} = {p[along]:.8g}{unit}"
+        if "hidden" in p:
+            where = f"{along} from {p['between'][0]:.8g} to {p['between'][1]:.8g}{unit}: a {p['hidden']} that was not located"
+        lines.append(f"  {p['kind']:12} {where}: {_period(result, p)}")
     lines += [_orbit(result, o, along, unit) for o in s["orbits"][:_MOST] if not o["kind"]]
     if len(s["orbits"]) > _MOST:
         lines.append(f"  and {len(s['orbits']) - _MOST} more orbits: see the Dataset")

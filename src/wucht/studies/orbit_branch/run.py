@@ -9,6 +9,8 @@ from functools import partial
 import numpy as np
 
 from wucht.errors import RunError
+from wucht.numerics.periodic.branch_ends import CLOSED
+from wucht.numerics.periodic.cycle import Hidden
 from wucht.studies.orbit_branch.first_orbits import SeedOrbit, Tried, orbit_of_run, orbits_of_hopf_points
 from wucht.studies.orbit_branch.orbit_walk import KeptOrbit, WalkedOrbits, walked
 from wucht.studies.orbit_branch.prepare import Plan
@@ -25,7 +27,7 @@ _STEADY, _FIRST, _BRANCHES = 0.15, 0.25, 0.8  # shares of the work, by which the
 
 @dataclass(frozen=True)
 class OrbitBranchFound:
-    """A branch: backward and onward from its first orbit; backward is None where it begins there."""
+    """A branch: backward and onward from its first orbit; backward is None where it begins there, or is closed."""
 
     seed: SeedOrbit
     backward: WalkedOrbits | None
@@ -47,6 +49,11 @@ class OrbitBranchFound:
     def kinds(self) -> tuple[str, ...]:
         """Of all orbits."""
         return (() if self.backward is None else self.backward.kinds[:0:-1]) + self.onward.kinds
+
+    @property
+    def hidden(self) -> tuple[Hidden | None, ...]:
+        """Of all orbits."""
+        return (() if self.backward is None else self.backward.hidden[:0:-1]) + self.onward.hidden
 
     @property
     def kept(self) -> tuple[KeptOrbit, ...]:
@@ -126,6 +133,8 @@ def _followed(plan: Plan, first: SeedOrbit, findings: Findings, work: Work) -> S
                 findings = replace(findings, lost=(*findings.lost, half))
                 break
             halves.append(half)
+            if half.end.kind == CLOSED:
+                break
         if not halves:
             yield findings
             continue
