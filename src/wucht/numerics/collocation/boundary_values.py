@@ -178,6 +178,11 @@ class BoundaryValueProblem:
         """See ``Problem``: the parameters, mean and mean square of states that return, which no shift of the phase changes."""
         y, parameters = self.split(u)
         scaled = (y / self.sizes[: self.n])[:, np.ones(self.n, bool) if self.winding is None else self.winding == 0]
-        mean = self.mesh.shares @ scaled
-        numbers = np.concatenate([mean, self.mesh.shares @ (scaled - mean) ** 2, parameters / self.sizes[self.n :]])
+        # By Gauss' quadrature: what the orbit is must not depend on its mesh.
+        at, weights = (
+            (self.mesh.basis.values @ self.mesh.pieces(scaled)).reshape(-1, scaled.shape[1]),
+            self.mesh.weights.ravel(),
+        )
+        mean = weights @ at
+        numbers = np.concatenate([mean, weights @ (at - mean) ** 2, parameters / self.sizes[self.n :]])
         return numbers, np.zeros(len(numbers))

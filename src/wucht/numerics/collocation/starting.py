@@ -30,20 +30,32 @@ def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: in
     return mesh, samples(mesh.nodes)
 
 
-def solved_near(curve: Curve, u: np.ndarray) -> tuple[Curve, CurvePoint]:
-    """The solution near u with the same last parameter, and the curve on a mesh that suits it.
+def solved_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
+    """The solution near u, and the curve on a mesh that suits it.
 
-    curve: of a boundary value problem, on the mesh of u. Raises ``RunError`` where none is found.
+    curve: of a boundary value problem, on the mesh of u. towards: the direction, of all unknowns, in the plane across which it
+    lies, and in which the curve goes on; else that of the last parameter, which then is kept. Raises ``RunError`` where none is
+    found.
     """
+    if towards is None:
+        towards = np.zeros(len(u))
+        towards[-1] = 1.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         curve = replace(curve, problem=replace(problem, reference=problem.referred(u)))
-        towards = np.zeros(len(u))
-        towards[-1] = problem.scale[-1]
         point = curve.start(u, towards)
         better = problem.remeshed(point.u)
         if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
             break
-        u, curve = problem.moved(point.u, better.mesh), replace(curve, problem=better)
+        u, towards = problem.moved(np.stack([point.u, towards], axis=1), better.mesh).T
+        curve = replace(curve, problem=better)
     return curve, point
+
+
+def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
+    """The direction in which the solutions near u go on, of all unknowns and with either sign. Raises ``RunError``."""
+    sides = np.zeros((len(u), 1))
+    sides[-1] = 1.0
+    row = np.random.default_rng(0).normal(size=len(u)) / problem.scale  # not across the curve, as that of a fold would be
+    return problem.solution(problem.residual(u)[1], row, sides)[0][:, 0]

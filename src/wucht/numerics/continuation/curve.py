@@ -30,6 +30,8 @@ _ON_A_BOUND = 1e-6  # in units of scale: what is beyond a bound by less is on it
 _FAR = 100.0  # in units of scale: an unknown that has changed by more has run away
 _REACHED = 1e-12  # in units of scale: nearer to a bound a point is on it
 _SAME = 1e-3  # of the way between two points: how near it the curve passes its first one where it is closed
+_NEARER = 5  # tries to come so near
+_BESIDE = 0.3  # of that way: how far from a straight line between them the first point lies at most
 _SAME_WAY = 0.7  # cosine between both directions there at least: steps turn by less
 
 
@@ -270,12 +272,17 @@ class Curve:
         away = away - _whole(away, turns)
         if way @ begins < _SAME_WAY * math.sqrt((way @ way) * (begins @ begins)):
             return None
-        try:
-            near = self.between(here, there, float(away @ way) / float(way @ way))
-        except RunError:  # too near to another branch: the way alone says that it returns
-            return self._at_begin(there, start)
-        off = self.problem.outline(near.u)[0] - before - away
-        return self._at_begin(near, start) if float(off @ off) < _SAME**2 * float(way @ way) else None
+        share, long = float(away @ way) / float(way @ way), math.sqrt(way @ way)
+        for _ in range(_NEARER):  # the curve is no straight line between them
+            try:
+                near = self.between(here, there, share)
+            except RunError:  # too near to another branch: the way alone says that it returns
+                return self._at_begin(there, start)
+            off = self.problem.outline(near.u)[0] - before - away
+            if float(off @ off) < (_SAME * long) ** 2:
+                return self._at_begin(near, start)
+            share = min(max(share - float(off @ way) / long**2, 0.0), 1.0)
+        return None
 
     def _at_begin(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
         """The first point itself, after whole turns of its angles, where an outline is all of it; else the point beside it."""
@@ -292,7 +299,7 @@ def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.
     if turns.any():
         away = away - _whole(away, turns)
     long, along = float(way @ way), float(away @ way)
-    return 0 <= along <= long and float(away @ away) * long - along**2 < (0.1 * long) ** 2
+    return 0 <= along <= long and float(away @ away) * long - along**2 < (_BESIDE * long) ** 2
 
 
 def _whole(away: np.ndarray, turns: np.ndarray) -> np.ndarray:

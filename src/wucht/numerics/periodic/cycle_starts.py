@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import sampled, solved_near
+from wucht.numerics.collocation.starting import sampled, solved_near, tangent_near
 from wucht.numerics.continuation.equilibria import Equilibrium
-from wucht.numerics.periodic.cycle import Cycle
+from wucht.numerics.continuation.special_points import located
+from wucht.numerics.periodic.cycle import Cycle, Orbit
 from wucht.numerics.periodic.cycles import Cycles
 
 _FIRST = 30  # intervals
@@ -73,6 +77,62 @@ def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray,
         if turn and round(turns) != winding:
             raise WuchtError(f"{name} turns {turns:.3g} times in these samples, but its winding number is {winding}")
     return float(times[-1] - times[0])
+
+
+def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
+    """An orbit known from elsewhere as a first one of a branch: also where the branch turns, as at a fold.
+
+    Parameters
+    ----------
+    cycles : Cycles
+    orbit : Orbit
+        Special or not, of the same System: of a branch in this or another parameter (``Cycle``), or of a curve in two
+        parameters (``CurveCycle``).
+    value : float
+        Of the parameter, about; the orbit that is found may be that of another value, where ``orbit`` is not exactly one.
+
+    Raises
+    ------
+    WuchtError
+        Where the value is out of bounds, or the orbit has other states.
+    RunError
+        Where Newton's method finds no orbit.
+    """
+    e, mesh = cycles.equations, orbit.problem.mesh
+    if not cycles.bounds[0] <= value <= cycles.bounds[1]:
+        raise WuchtError(
+            f"{e.parameters[-1]} = {value:g} lies outside its bounds, {cycles.bounds[0]:g} to {cycles.bounds[1]:g}"
+        )
+    if len(orbit.states) != e.n:
+        raise WuchtError(f"an orbit of {e.n} states begins this branch, not one of {len(orbit.states)}")
+    u = np.concatenate([orbit.states.T.ravel(), [orbit.period, value]])
+    problem = cycles.problem(mesh, orbit.period)
+    problem = replace(problem, reference=problem.referred(u))
+    curve, point = solved_near(cycles.exactly(cycles.curve(problem)), u, tangent_near(problem, u))
+    return cycles.seen(replace(curve, steps=cycles.steps), point)
+
+
+def cycles_with(cycles: Cycles, branch: Sequence[Cycle], value: float) -> tuple[Cycle, ...]:
+    """The orbits of a branch with a value of the parameter: one between each two neighbours that have it between them.
+
+    branch: in order, as ``Cycles.walk`` has them. Raises ``RunError`` where the branch cannot be computed between two.
+    """
+    passed = list[Cycle]()
+    for here, there in pairwise(branch):
+        if here.parameter == value or (here.parameter - value) * (there.parameter - value) < 0:
+            passed.append(here if here.parameter == value else _between(cycles, here, there, value))
+    return (*passed, *(c for c in branch[-1:] if c.parameter == value))
+
+
+def _between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
+    exact = cycles.exactly(there.curve)
+    seen = partial(cycles.seen, exact, near=here.basis)
+    at = located(exact, here.on(there.problem.mesh), there.point, seen, lambda c: c.parameter - value)
+    if at is None:
+        raise RunError(
+            f"no orbit with {cycles.equations.parameters[-1]} = {value:g} was found between two that have it between"
+        )
+    return at
 
 
 def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
