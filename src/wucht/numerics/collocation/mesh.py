@@ -82,10 +82,11 @@ class Mesh:
         """Of equal intervals."""
         return cls(np.linspace(0.0, 1.0, intervals + 1), degree)
 
-    def halved(self, which: np.ndarray) -> Mesh:
-        """With some of its intervals, by a mask (N,), as two."""
-        middle = (self.edges[1:] + self.edges[:-1]) / 2
-        return Mesh(np.sort(np.concatenate([self.edges, middle[which]])), self.degree)
+    def divided(self, parts: np.ndarray) -> Mesh:
+        """With each interval in so many equal parts (N,)."""
+        whole = np.repeat(np.arange(self.intervals), parts)
+        within = np.arange(len(whole)) - np.repeat(np.cumsum(parts) - parts, parts)
+        return Mesh(np.append(self.edges[whole] + self.lengths[whole] * within / parts[whole], 1.0), self.degree)
 
     @property
     def intervals(self) -> int:

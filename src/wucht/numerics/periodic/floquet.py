@@ -26,7 +26,9 @@ from wucht.system import System
 _CONDITION = 1e4  # of products of maps: four digits less than rounding
 _MOST_LEGS = 100_000  # of a period
 _PERIODS = 25
-_VOLUMES, _HALVINGS = 1e-6, 6  # of ln of a map's determinant: what it may be wrong by; how often its interval is halved
+_VOLUMES = 1e-6  # of ln of a map's determinant: what it may be wrong by
+_RESOLVED, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # by which ln of a volume changes in an interval that resolves it; times
+_MOST_INTERVALS = 600  # what decays by more than some e^-2000 in a period is left unresolved
 _ALIKE = 1e-5  # of ln mu: what it changes by on a finer mesh, where it is known on its own
 _INTEGRATION = 1e-15  # tolerance
 
@@ -105,7 +107,7 @@ def collocated_multipliers(
 ) -> OrbitMultipliers:
     """The multipliers of an orbit as collocation has them, their product checked by Liouville's formula.
 
-    Where that is not met the changes decay or grow too fast for the mesh, and it is halved there, some times. The orbit is less
+    Where that is not met the changes decay or grow too fast for the mesh, and it is refined there. The orbit is less
     accurate between the points of its own mesh than on them: multipliers that hardly change by that stay as they were. Of two
     states the only one is the integral itself.
 
@@ -129,15 +131,17 @@ def collocated_multipliers(
     if len(values) == 1:
         return OrbitMultipliers(np.array([product + 0j]), along, 0.0, basis)
     wrong = _wrong_volumes(maps, volumes)
-    for _ in range(_HALVINGS if wrong.any() else 0):
-        mesh = problem.mesh.halved(wrong)
+    for _ in range(_REFINEMENTS if wrong.any() else 0):
+        parts = np.clip(np.ceil(np.abs(volumes) / _RESOLVED), 2, _MOST_PARTS).astype(int)
+        if (mesh := problem.mesh.divided(np.where(wrong, parts, 1))).intervals > _MOST_INTERVALS:
+            break
         u, problem = problem.moved(u, mesh), replace(problem, mesh=mesh)
         problem = replace(problem, reference=problem.referred(u))
         maps, volumes = problem.residual(u)[1].maps()[:, -1], problem.divergences(u)
         if not (wrong := _wrong_volumes(maps, volumes)).any():
             break
     if problem.mesh.intervals > len(jacobian.first):
-        finer = logarithms(across_flow(maps, problem.rates_at_edges(u)[:-1])[0], near, tolerance)[0]
+        finer = logarithms(across_flow(maps, problem.rates_at_edges(u)[:-1])[0], basis, tolerance)[0]
         values = np.where(np.abs(finer - values) < _ALIKE, values, finer)
     return OrbitMultipliers(values, along, float(values.real.sum()) + along - product, basis)
 
