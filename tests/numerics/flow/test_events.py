@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.events import Event
@@ -207,3 +209,59 @@ def test_a_run_does_not_know_of_the_events_of_the_run_before(engine, terminal):
         run = integrate(flow, [1 - before], [speed], np.array([0.0, 2.0]))
         assert [h.name for h in run.hits] == ["one"]
         assert run.hits[0].time == pytest.approx(before / speed, rel=1e-5)
+
+
+CLOCK = System((x,), (sp.Integer(0),))
+
+
+@pytest.mark.parametrize("grid", [[-3.0, 3.0], [-3.0, 1.0, 3.0]])
+def test_no_event_is_lost_that_lies_in_the_middle_of_a_step(grid):
+    """heyoka reports 0 twice and neither -0.1 nor 0.1 where a step goes from -3 to 3."""
+    cubic = TIME**3 - TIME / 100
+    run = run_with(CLOCK, (Event("any", cubic), Event("up", cubic, +1)), "heyoka", [0.0], {}, np.array(grid))
+    assert [h.time for h in run.hits if h.name == "any"] == pytest.approx([-0.1, 0.0, 0.1], abs=1e-9)
+    assert [h.time for h in run.hits if h.name == "up"] == pytest.approx([-0.1, 0.1], abs=1e-9)
+
+
+@pytest.mark.parametrize("direction", [0, 1])
+def test_a_terminal_event_is_not_passed_either(direction):
+    moving = System((x,), (3 * TIME**2 - sp.Rational(1, 100),))
+    event = Event("there", x - 1, direction, terminal=True)
+    run = run_with(moving, (event,), "heyoka", [1 - 27 + 0.03], {}, np.array([-3.0, 3.0]))
+    assert run.stopped_by == "there"
+    assert run.end_time == pytest.approx(-0.1, abs=1e-9)
+
+
+def test_a_run_continued_from_its_own_terminal_event_goes_on(engine):
+    """x = sin t rises through 1/2 once a turn: six runs, each from where the last one ended."""
+    event = Event("half", x - sp.Rational(1, 2), +1, terminal=True)
+    time, state, times = 0.0, np.array([0.0, 1.0]), []
+    for _ in range(6):
+        run = run_with(OSCILLATOR, (event,), engine, state, {}, np.array([time, time + 20.0]))
+        assert run.stopped_by == "half"
+        assert [h.name for h in run.hits] == ["half"]
+        time, state = run.end_time, run.end_state
+        times.append(time)
+    assert times == pytest.approx([math.pi / 6 + k * TURN for k in range(6)], abs=1e-7)
+
+
+def test_a_quick_return_to_the_event_at_which_a_run_begins_is_one(engine):
+    """From x = 0 upwards at 1e-3 under gravity: it falls through 0 again after 2e-3/g."""
+    falling = System((x, v), (v, -g), (g,))
+    run = run_with(falling, (Event("floor", x, terminal=True),), engine, [0.0, 1e-3], {"g": 10.0}, np.array([0.0, 1.0]))
+    assert run.stopped_by == "floor"
+    assert run.end_time == pytest.approx(2e-4, rel=1e-6)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    st.lists(st.integers(-30, 30), min_size=1, max_size=5, unique=True), st.integers(0, 8), st.booleans(),
+)  # fmt: skip
+def test_the_events_of_random_polynomials_are_their_roots(tenths, shift, symmetric):
+    """Roots at tenths, some of them in the middle of what heyoka takes for one step; every one is a change of sign."""
+    roots = sorted(k / 10 + shift / 7 for k in tenths)
+    polynomial = sp.prod([TIME - sp.Float(r) for r in roots])
+    middle = roots[len(roots) // 2]
+    grid = np.array([middle - 9, middle + 9]) if symmetric else np.array([-9.0, 9.0])
+    run = run_with(CLOCK, (Event("root", polynomial),), "heyoka", [0.0], {}, grid)
+    assert [h.time for h in run.hits] == pytest.approx(roots, abs=1e-6)

@@ -7,6 +7,7 @@ Monthly Notices of the Royal Astronomical Society 504 (2021) 2614-2628.
 from __future__ import annotations
 
 import copy
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -27,6 +28,10 @@ from wucht.system import TIME, System
 COMPACT_ABOVE = 80
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
 MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
+_ROUNDING = 1e-12  # of an event function: the sign of less says nothing
+_JUST_BEFORE = 1e-3  # of a step
+_SHORTER, _OTHER_STEPS = 0.37, 6  # times the longest step: so that its middle is elsewhere; how often
+_OTHER_ENGINE = 'Try study.engine = "scipy"'
 NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
 
 
@@ -147,15 +152,32 @@ def compiled_function(program: Program) -> Any:
 
 @dataclass
 class _Recorder:
-    """Records an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared."""
+    """Records an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared.
 
-    name: str
+    index: of the event. hits: in its direction. ways: +1, -1 of all crossings of the leg, as heyoka reports them.
+    """
+
+    index: int
+    event: Event
     units: np.ndarray
     hits: list[Hit] = field(default_factory=list)
+    ways: list[tuple[float, int]] = field(default_factory=list)
 
-    def __call__(self, integrator: Any, time: float, _sign: int) -> None:
-        integrator.update_d_output(time)
-        self.hits.append(Hit(self.name, time, self.units * integrator.d_output))
+    def __call__(self, integrator: Any, time: float, way: int) -> None:
+        self.ways.append((time, way))
+        if self.event.direction in (0, way):
+            integrator.update_d_output(time)
+            self.hits.append(Hit(self.event.name, time, self.units * integrator.d_output))
+
+
+def goes_with(before: int, ways: Sequence[int], after: int) -> bool:
+    """Whether crossings (+1, -1 in order of time) lead from one sign of a function to another; 0: a sign that is not known."""
+    sign = before
+    for way in ways:
+        if way * sign > 0:
+            return False
+        sign = way
+    return sign * after >= 0
 
 
 class HeyokaEngine:
@@ -171,7 +193,8 @@ class HeyokaEngine:
     ) -> None:
         import heyoka as hy
 
-        hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
+        # Its log goes to stdout. Failures are reported as outcomes; of events that it warns it may have missed see ``leg``.
+        hy.set_logger_level_critical()
         variables, translate = translation(program, units=units)
         _, watch = translation(event_program, len(program.constants), units)
         system = equations(program, variables, translate, units)
@@ -188,13 +211,12 @@ class HeyokaEngine:
                 rest = {"cooldown": 0.0} if event.switch is not None else {}
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
-                recorder = _Recorder(event.name, units)
-                passing.append(hy.nt_event(function, callback=recorder, direction=direction[event.direction]))
+                passing.append(hy.nt_event(function, callback=_Recorder(i, event, units)))
         passing += [hy.nt_event(f, callback=unheard) for f in sentinels(program, variables, translate)]
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
         self.program, self.event_program, self.units, self.events = program, event_program, units, tuple(events)
-        self.interrupting = tuple(interrupting)
+        self.interrupting, self.watched = tuple(interrupting), event_program.function("math")
         self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive(
             system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > COMPACT_ABOVE, **extra
@@ -221,7 +243,7 @@ class HeyokaIntegrator:
         self._engine, self._adaptive = engine, adaptive
         callbacks = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
         self._recorders = [c for c in callbacks if isinstance(c, _Recorder)]
-        self._parameters = np.empty(0)
+        self._parameters, self._event_constants = np.empty(0), list[float]()
         self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
@@ -233,6 +255,7 @@ class HeyokaIntegrator:
             values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
             ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
             self._parameters = np.array(parameters, float)
+            self._event_constants = engine.event_program.constant_values(parameters).tolist()
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""
@@ -240,12 +263,65 @@ class HeyokaIntegrator:
             self._adaptive.reset_cooldowns()
 
     def leg(self, grid: np.ndarray) -> LegResult:
-        """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
+        """Advance over the grid (m,).
+
+        heyoka isolates the zeros of an event function within a step by halving it, and loses some where one lies exactly in the
+        middle; where the events do not go with the signs of their functions the leg is made again in other steps.
+
+        Raises ``LegError`` when the state ceases to be finite, steps run out, or events cannot be located.
+        """
+        if not self._engine.events:
+            return self._advanced(grid, math.inf)[0]
+        ta, begin, state = self._adaptive, self.time, self._adaptive.state.copy()
+        signs, longest = self._signs(begin, self.state), math.inf
+        for _ in range(_OTHER_STEPS):
+            leg, step = self._advanced(grid, longest)
+            if self._missed(signs, leg) is None:
+                return leg
+            longest = _SHORTER * step
+            ta.time, ta.state[:] = begin, state
+        name = self._engine.events[self._missed(signs, leg) or 0].name
+        raise LegError(f"the event {name!r} cannot be located", _OTHER_ENGINE, leg.states[:, :0])
+
+    def _missed(self, before: list[int], leg: LegResult) -> int | None:
+        """The first event of which crossings in a leg were missed, as the signs of its function say; None where there is none.
+
+        before: those signs at the beginning of the leg. Crossings that are missed in pairs cannot be told so, nor those of an
+        event that interrupts in one direction only, but where the function ends beyond zero.
+        """
+        after, events = self._signs(leg.time, leg.state), self._engine.events
+        for recorder in self._recorders:
+            if not goes_with(before[recorder.index], [way for _, way in sorted(recorder.ways)], after[recorder.index]):
+                return recorder.index
+        for i in self._engine.interrupting:
+            if i == leg.stopped_by:
+                if events[i].direction == 0 and self._just_before(leg.time)[i] * before[i] < 0:
+                    return i
+            elif before[i] * after[i] < 0 and events[i].direction in (0, after[i]):
+                return i
+        return None
+
+    def _signs(self, time: float, state: np.ndarray) -> list[int]:
+        """Of all event functions; 0 where rounding decides."""
+        values = self._engine.watched(state.tolist(), time, self._event_constants)
+        return [0 if abs(value) <= _ROUNDING else int(math.copysign(1, value)) for value in values]
+
+    def _just_before(self, time: float) -> list[int]:
+        """The signs a little before the end of the last step."""
+        ta = self._adaptive
+        earlier = time - _JUST_BEFORE * ta.last_h
+        ta.update_d_output(earlier)
+        return self._signs(earlier, self._engine.units * ta.d_output)
+
+    def _advanced(self, grid: np.ndarray, longest: float) -> tuple[LegResult, float]:
+        """The leg in steps no longer than that, and how long the longest was."""
         ta, interrupting, units = self._adaptive, self._engine.interrupting, self._engine.units
         for recorder in self._recorders:
             recorder.hits.clear()
+            recorder.ways.clear()
         begin, ahead = float(ta.time), grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
-        result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=MAX_STEPS)
+        times = np.concatenate([[ta.time], grid]) if ahead else grid
+        result = ta.propagate_grid(times, max_steps=MAX_STEPS, max_delta_t=longest)
         outcome, samples = result[0], units[:, None] * np.asarray(result[-1][int(ahead) :]).T.reshape(len(units), -1)
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
         state = self.state
@@ -257,7 +333,10 @@ class HeyokaIntegrator:
                 raise LegError(*NOT_FINITE, samples) if outcome == self._bad_state else out_of_steps(samples, begin, ta.time)
             stopped_by = interrupting[index]
             hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
-        return LegResult(samples, float(ta.time), state, tuple(hits), stopped_by)
+        mean = (float(ta.time) - begin) / max(
+            int(result[3]), 1
+        )  # a step that the grid cuts short does not count as the longest
+        return LegResult(samples, float(ta.time), state, tuple(hits), stopped_by), max(float(result[2]), mean)
 
     @property
     def time(self) -> float:

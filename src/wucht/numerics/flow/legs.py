@@ -49,6 +49,8 @@ class Integration:
         self.sampled, self.before = self.pars, self.state[len(self.compiled.system.states) :]
         if locator is not None:
             self.segments = locator.start(time, self.state, self._own)
+        # A run may continue one that has stopped at this very event: it is behind it.
+        self.fired_at = {i: time for i, e in enumerate(self.compiled.events) if e.terminal}
         self.integrator.forget_events()
         self._place(time, self._in_units(self.state))
 
@@ -97,8 +99,10 @@ class Integration:
         return self.done < len(self.grid) and self.stopped_by is None
 
     def _seen(self, hit: Hit) -> bool:
-        """Whether a hit at the border of two legs was counted by the leg before."""
+        """Whether a hit at the border of two legs was counted by the leg before, or by the run that this one continues."""
         close = 1e-12 * max(1.0, abs(hit.time))
+        if abs(hit.time - self.grid[0]) <= close and any(e.terminal and e.name == hit.name for e in self.compiled.events):
+            return True
         recent = self.hits[-len(self.compiled.events) :]
         return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in recent)
 
