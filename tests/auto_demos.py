@@ -30,12 +30,16 @@ PEN = System(
     angles=frozenset({_ANGLE1, _ANGLE2}),
 )
 
-_NU, _BE, _R = sp.symbols("nu be r", real=True)
+_NU, _BE, _R, _GA = sp.symbols("nu be r ga", real=True)
 _CUBIC = sp.Float("0.933578") * (_Y - _X) ** 3
 CIR = System(
     (_X, _Y, _Z),
-    ((-(_BE + _NU) * _X + _BE * _Y - sp.Float("0.328578") * _X**3 + _CUBIC) / _R, _BE * (_X - _Y) - _Z - _CUBIC, _Y),
-    (_NU, _BE, _R),
+    (
+        (-(_BE + _NU) * _X + _BE * _Y - sp.Float("0.328578") * _X**3 + _CUBIC) / _R,
+        _BE * _X - (_BE + _GA) * _Y - _Z - _CUBIC,
+        _Y,
+    ),
+    (_NU, _BE, _R, _GA),
 )
-"""The equations of the demo tor as the demo cir has them, ga = 0: E. Freire, A. J. Rodriguez-Luis, E. Gamero, E. Ponce,
+"""The equations of the demo tor which the demo cir has, too: E. Freire, A. J. Rodriguez-Luis, E. Gamero, E. Ponce,
 Physica D 62 (1993) 230-253."""

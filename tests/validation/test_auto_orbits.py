@@ -86,7 +86,7 @@ def test_cir_the_homoclinic_orbit_of_the_circuit(way: int) -> None:
 
     Two of them: the equations do not change with the sign of all states.
     """
-    connections = Connections.of(CIR, ["nu"], {"be": 0.6, "r": 0.6}, [(-1.0, -0.5)], 60.0)
+    connections = Connections.of(CIR, ["nu"], {"be": 0.6, "r": 0.6, "ga": 0.0}, [(-1.0, -0.5)], 60.0)
     orbit = of_excursion(connections, [0.0, 0.0, 0.0], [-0.73], way)
     assert orbit.parameters[0] == pytest.approx(-0.721309, abs=2e-6)
     assert np.abs(orbit.states[:, [0, -1]]).max() < 1e-5

@@ -12,8 +12,9 @@ from scipy.integrate import solve_ivp
 from auto_demos import CIR
 from wucht.errors import RunError
 from wucht.numerics.periodic.connection import Connection
+from wucht.numerics.periodic.connection_ends import BOGDANOV_TAKENS, HOPF, LEFT_TWICE, STANDS
 from wucht.numerics.periodic.connection_starts import of_excursion
-from wucht.numerics.periodic.saddle_connections import BOGDANOV_TAKENS, HOPF, LEFT_TWICE, Connections
+from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 
 X, Y, Z, W, A, MU, S = sp.symbols("x y z w a mu s", real=True)
@@ -63,7 +64,7 @@ def test_a_second_direction_in_which_a_saddle_is_left() -> None:
 
 def circuit(time: float) -> tuple[Connections, Connection]:
     """From the homoclinic orbit at be = 0.6 on."""
-    connections = Connections.of(CIR, ("nu", "be"), {"r": 0.6}, ((-1.5, -0.5), (-0.1, 1.5)), time)
+    connections = Connections.of(CIR, ("nu", "be"), {"r": 0.6, "ga": 0.0}, ((-1.5, -0.5), (-0.1, 1.5)), time)
     return connections, of_excursion(connections, np.zeros(3), (-0.72, 0.6))
 
 
@@ -166,8 +167,30 @@ def _side(nu: float, be: float) -> float:
 
 
 def test_an_orbit_that_does_not_come_back_is_told() -> None:
-    connections = Connections.of(CIR, ("nu",), {"be": 0.6, "r": 0.6}, ((-1.0, -0.5),), 60.0)
+    connections = Connections.of(CIR, ("nu",), {"be": 0.6, "r": 0.6, "ga": 0.0}, ((-1.0, -0.5),), 60.0)
     with pytest.raises(RunError, match="does not come back"):
         of_excursion(connections, np.zeros(3), [-0.8])
     with pytest.raises(RunError, match="no saddle that is left in one direction"):
         of_excursion(connections, np.zeros(3), [-0.5])
+
+
+def test_a_curve_that_winds_up_at_a_point() -> None:
+    """With ga = -0.6, be and ga of the torus-type system, one half of the curve comes to where the orbit turns ever more.
+
+    There it was followed for 2,000 points. The other half has its neutral saddle after a few: c0 = p as before,
+    c2 = p + be + ga, c1 = p (be + ga) + 1 - be^2/r.
+    """
+    connections = Connections.of(CIR, ("nu", "be"), {"r": 0.6, "ga": -0.6}, ((-1.5, -0.3), (0.05, 1.0)), 60.0)
+    orbit = of_excursion(connections, np.zeros(3), (-0.68, 0.6))
+    walk = connections.walk(orbit)
+    points = list(walk)
+    first = next(c for c in points if c.kind)
+    assert first.kind == "neutral-saddle" and walk.end == BOGDANOV_TAKENS and len(points) < LIMIT
+    nu, be = first.parameters
+    p = (be + nu) / 0.6
+    leaving = p + be - 0.6
+    assert np.polyval([1, leaving, p * (be - 0.6) + 1 - be**2 / 0.6, p], leaving) == pytest.approx(0.0, abs=1e-9)
+    other = connections.walk(connections.backwards(orbit))
+    points = list(other)
+    assert other.end.startswith(STANDS) and len(points) < 250
+    assert "neutral-saddle" in {c.kind for c in points}

@@ -25,13 +25,9 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_points import located
 from wucht.numerics.periodic.connection import TESTS, Connection, distances, lengthened, missing_times
+from wucht.numerics.periodic.connection_ends import LONG, ended, leading, standing, stands
 from wucht.numerics.periodic.saddle_directions import Directions
 from wucht.system import System
-
-SADDLE_NODE = "the saddle becomes a saddle-node"
-LEFT_TWICE = "the saddle comes to be left in a second direction, too"
-HOPF = "the saddle is no longer reached: it has a Hopf point"
-BOGDANOV_TAKENS = "it shrinks to its saddle: a Bogdanov-Takens point"
 
 _STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
 _DEGREE = 6
@@ -40,8 +36,6 @@ _STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
 _FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is followed longer
 _MOST_LONGER, _LONGER = 8, 4.0  # how often at a first point, and by what factor at once
 _MANY = 120  # intervals of a mesh, by which orbits are not followed longer: next to a Hopf point they never are near its end
-_VANISHED = 0.02  # of the largest that they were: where both leading eigenvalues are smaller, both vanish
-_ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller says nothing
 _LOCATING = 1e-9  # accuracy of the mesh on which special points are located
 
 
@@ -176,19 +170,23 @@ class Connections:
         return replace(connection, point=connection.curve.backwards(connection.point))
 
     def _walked(self, start: Connection) -> Generator[Connection, None, str]:
-        here, steps, made, largest = start, self.steps, 0, _leading(start)
+        here, steps, made, still, largest = start, self.steps, 0, 0, leading(start)
         while True:
             of, walk = replace(self, time=here.time), replace(here.curve, steps=steps).follow(here.point)
             for curve, point in walk:
                 there, made = of.seen(replace(curve, steps=self.steps), point), made + 1
                 yield from of._special(here, there)
-                largest = max(largest, _leading(there))
-                if ended := self._ended(start, there, largest):
-                    return ended
+                largest = max(largest, leading(there))
+                if why := ended(self.folds, start, there, largest):
+                    return why
                 yield there
                 if made == self.steps.points:
                     return f"it has as many points as were asked for, {made}"
-                step, here, longer = there.point.length - here.point.length, there, self.longer(there)
+                step, scale = there.point.length - here.point.length, self.rates.scale[self.rates.n :]
+                still = still + 1 if stands(here, there, scale) else 0
+                if still == LONG:
+                    return standing(self.rates.parameters, there)
+                here, longer = there, self.longer(there)
                 if longer is not there:  # another problem: it is gone on with from there, by steps as long as they were
                     here, steps = longer, replace(self.steps, first=max(step, self.steps.least))
                     break
@@ -212,20 +210,6 @@ class Connections:
             if at is not None:
                 found.append(replace(at, kind=kind, curve=replace(at.curve, steps=self.steps)))
         return sorted(found, key=lambda c: c.point.length)
-
-    def _ended(self, start: Connection, there: Connection, largest: float) -> str:
-        """Why the curve does not last to a point, empty where it does."""
-        for first, now, fold in zip(start.eigenvalues, there.eigenvalues, self.folds, strict=True):
-            if fold:
-                continue
-            if not now[0].real > 0:
-                return SADDLE_NODE
-            # A real part that is zero everywhere, by a symmetry, is no end.
-            reached = len(now) > 1 and first[1].real < -_ROUNDING * float(np.abs(first).max())
-            if reached and not now[1].real < 0:
-                return HOPF if now[1].imag else LEFT_TWICE
-        returns = len(self.folds) == 1 and not self.folds[0] and self.rates.n > 1
-        return BOGDANOV_TAKENS if returns and _leading(there) < _VANISHED * largest else ""
 
     def _curve(self, mesh: Mesh) -> Curve:
         m = len(self.bounds)
@@ -286,8 +270,3 @@ class Connections:
     def _directions(self, place: np.ndarray, by: tuple[int, int] | None = None) -> Directions:
         n = self.rates.n
         return Directions.of(self.rates.values(place)[1][:, :n], self.rates.scale[:n], by)
-
-
-def _leading(connection: Connection) -> float:
-    """The larger one of the leaving and the slowest reaching eigenvalue."""
-    return float(np.abs(connection.eigenvalues[0, :2]).max())
