@@ -30,19 +30,24 @@ PEN = System(
     angles=frozenset({_ANGLE1, _ANGLE2}),
 )
 
-_S, _A, _S0, _NU, _BE = sp.symbols("s a S0 nu be", real=True)
+_S, _A, _S0 = sp.symbols("s a S0", real=True)
 _REACTION = _RHO * _S * _A / (1 + _S + _S**2 / 10)
 PLP = System((_S, _A), (_S0 - _S - _REACTION, (500 - _A) / 5 - _REACTION), (_RHO, _S0))
 """At S0 = 111 a closed branch of orbits over rho, where no equilibrium is unstable."""
 
+_NU, _BE, _R, _GA = sp.symbols("nu be r ga", real=True)
 _CUBIC = sp.Float("0.933578") * (_Y - _X) ** 3
-TOR = System(
+CIR = System(
     (_X, _Y, _Z),
     (
-        (-(_BE + _NU) * _X + _BE * _Y - sp.Float("0.328578") * _X**3 + _CUBIC) / sp.Float("0.6"),
-        _BE * _X - (_BE - sp.Float("0.6")) * _Y - _Z - _CUBIC,
+        (-(_BE + _NU) * _X + _BE * _Y - sp.Float("0.328578") * _X**3 + _CUBIC) / _R,
+        _BE * _X - (_BE + _GA) * _Y - _Z - _CUBIC,
         _Y,
     ),
-    (_NU, _BE),
+    (_NU, _BE, _R, _GA),
 )
+"""The equations of the demo tor which the demo cir has, too: E. Freire, A. J. Rodriguez-Luis, E. Gamero, E. Ponce,
+Physica D 62 (1993) 230-253."""
+
+TOR = System(CIR.states, tuple(d.subs({_R: sp.Float("0.6"), _GA: sp.Float("-0.6")}) for d in CIR.derivatives), (_NU, _BE))
 """Symmetric under (x, y, z) -> -(x, y, z)."""

@@ -110,6 +110,26 @@ def _runs_away(D: float) -> bool:
     return bool(len(run.t_events[0]))
 
 
+def test_bratu_by_closed_form(names: Mapping[str, Any]) -> None:
+    """u(1/2) = 2 ln cosh(theta/4), theta = sqrt(2 lambda) cosh(theta/4); at the fold (theta/4) tanh(theta/4) = 1."""
+    one, fold, other = names["wanted"]
+    for s, bracket in ((one, (1.0, 2.0)), (other, (8.0, 14.0))):
+        theta = brentq(lambda t: t - math.sqrt(2) * math.cosh(t / 4), *bracket, xtol=1e-14)
+        assert s.at([0.5])[0, 0] == pytest.approx(2 * math.log(math.cosh(theta / 4)), abs=1e-9)
+    quarter = brentq(lambda t: t * math.tanh(t) - 1, 1.0, 1.5, xtol=1e-15)
+    assert fold.parameters[0] == pytest.approx(8 * (quarter / math.cosh(quarter)) ** 2, abs=1e-9)
+
+
+def test_the_circuit_by_its_eigenvalues(names: Mapping[str, Any]) -> None:
+    """More of it, by shooting: tests/numerics/periodic/test_connection_curves.py."""
+    focus, neutral = names["met"]
+    for c, check in ((focus, lambda e: abs(e[1] - e[2]) ** 2), (neutral, lambda e: (e[0] + e[1]).real)):
+        nu, be = c.parameters
+        matrix = [[-(be + nu) / 0.6, be / 0.6, 0.0], [be, -be, -1.0], [0.0, 1.0, 0.0]]
+        eigenvalues = np.linalg.eigvals(matrix)
+        assert check(eigenvalues[np.argsort(-eigenvalues.real)]) == pytest.approx(0.0, abs=1e-8)
+
+
 def test_where_the_symmetry_breaks(names: Mapping[str, Any]) -> None:
     """Where one tank's Jacobian has an eigenvalue 2 k: what differs between both tanks grows then."""
     for p in names["crossings"]:

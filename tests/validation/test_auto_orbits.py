@@ -1,4 +1,4 @@
-"""Periodic orbits against AUTO-07p's demos lrz, pp2 and pen, and those of the dissertation's averaged equations."""
+"""Orbits against AUTO-07p's demos lrz, pp2, pen and cir, and those of the dissertation's averaged equations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from auto_demos import LORENZ, PEN, PP2
+from auto_demos import CIR, LORENZ, PEN, PP2
 from wucht.analysis.averaged import averaged_machine
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.curve import Steps
@@ -20,11 +20,13 @@ from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.periodic.connection_starts import of_excursion
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near, doubled, settled
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 
 
@@ -76,6 +78,19 @@ def test_pp2_orbits_from_the_hopf_point_to_the_saddle() -> None:
     cycle = at(cycles, points, 0.69)
     assert cycle.period == pytest.approx(13.4387056, rel=1e-8)
     assert math.exp(cycle.logarithms[0].real) == pytest.approx(0.667816, abs=5e-7)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_cir_the_homoclinic_orbit_of_the_circuit(way: int) -> None:
+    """AUTO begins the demo at nu = -0.721309, be = 0.6, ga = 0, r = 0.6: six digits, and a truncated orbit.
+
+    Two of them: the equations do not change with the sign of all states.
+    """
+    connections = Connections.of(CIR, ["nu"], {"be": 0.6, "r": 0.6, "ga": 0.0}, [(-1.0, -0.5)], 60.0)
+    orbit = of_excursion(connections, [0.0, 0.0, 0.0], [-0.73], way)
+    assert orbit.parameters[0] == pytest.approx(-0.721309, abs=2e-6)
+    assert np.abs(orbit.states[:, [0, -1]]).max() < 1e-5
+    assert way * orbit.states[0][np.abs(orbit.states[0]).argmax()] > 0.4
 
 
 PENDULA = {"gamma": 0.175, "eps": 0.1}

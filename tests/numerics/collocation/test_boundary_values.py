@@ -9,6 +9,7 @@ import pytest
 from known_orbits import PLANE, SPEED, P, X, Y, placed, planar
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.collocation.starting import exactly
 from wucht.numerics.periodic.cycle_starts import settled
 from wucht.numerics.periodic.cycles import Cycles
 
@@ -52,7 +53,7 @@ def errors(intervals: int, degree: int) -> tuple[float, float, float]:
     p, u = problem(intervals, degree)
     plane = np.zeros(len(u))
     plane[-1] = 1.0
-    found = Cycles.exactly(cycles(degree).curve(p)).start(u, plane)
+    found = exactly(cycles(degree).curve(p)).start(u, plane)
     y, parameters = p.split(found.u)
 
     def away(tau: np.ndarray, states: np.ndarray) -> float:

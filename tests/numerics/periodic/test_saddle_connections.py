@@ -10,8 +10,9 @@ from wucht.errors import WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.fold_pairs import FoldPairs
-from wucht.numerics.periodic.saddle_connections import Connection, Connections
+from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 
 X, Y, A, B, P, Q, R = sp.symbols("x y a b p q r", real=True)

@@ -8,15 +8,20 @@ Methods for Dynamical Systems, Springer 2007.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
+from wucht.errors import WuchtError
 from wucht.numerics.collocation.condensation import CollocationJacobian
+from wucht.numerics.collocation.end_conditions import EndConditions
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint, Problem
+from wucht.system import System
 
 Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """(y, P) (n+q, K) -> g (n, K), dg/d(y, P) (n, n+q, K)."""
@@ -40,6 +45,7 @@ Integrand = Callable[[np.ndarray, np.ndarray, Reference], tuple[np.ndarray, np.n
 _FEWER, _MORE = 0.8, 1.1  # times the intervals: less is not worth a new mesh
 _SPARE = 1.1  # times the intervals of a mesh that is best for the next orbit, not for this one
 _INTERVALS = (8, 400)
+_FIRST = (40, 6)  # intervals and degree where no mesh is given
 _UNEVEN = 1.25  # how many more mesh points than the mean an interval may want before the mesh is changed
 
 
@@ -64,6 +70,49 @@ class BoundaryValueProblem:
     sizes: np.ndarray
     winding: np.ndarray | None = None
     accuracy: float = 1e-7
+
+    @classmethod
+    def of(
+        cls,
+        system: System,
+        parameters: Sequence[str],
+        fixed: Mapping[str, float],
+        conditions: Sequence[sp.Expr],
+        *,
+        scale: Mapping[str, float] | None = None,
+        accuracy: float = 1e-7,
+    ) -> BoundaryValueProblem:
+        """Of a System, its time running from 0 to 1, with formulas for what holds at both ends.
+
+        Parameters
+        ----------
+        system : System
+            Whose equations do not depend on time: a time that matters is a state whose derivative is 1, a length L of the
+            interval a parameter by which all derivatives are multiplied.
+        parameters : sequence of str
+            Those that vary; the last one is that over which solutions are followed.
+        fixed : mapping
+            Values of all others.
+        conditions : sequence of sympy.Expr
+            What is zero: formulas of ``at_begin`` and ``at_end`` of states, and of parameters; as many as there are states and
+            parameters that vary, less one.
+        scale : mapping, optional
+            By how much states and parameters change when they change much, by name; 1 where it is silent.
+        accuracy : float
+            Wanted, in units of scale.
+
+        Raises
+        ------
+        WuchtError
+            For another number of conditions, a formula of anything else, and as ``Equations.of``.
+        """
+        equations = Equations.of(system, parameters, fixed, scale)
+        n, q = equations.n, len(parameters)
+        if not q or len(conditions) != n + q - 1:
+            told = f"{n} states and {q} parameters: given are {len(conditions)} conditions at the ends"
+            raise WuchtError(f"{told}, where a curve of solutions has one parameter at least, and {n + max(q, 1) - 1} of them")
+        ends, nothing = EndConditions.of(system, parameters, fixed, conditions), Reference(np.zeros((n, 0)), np.zeros((n, 0)))
+        return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), nothing, equations.scale, None, accuracy)
 
     def split(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y at the nodes (N m + 1, n), and P (q,)."""

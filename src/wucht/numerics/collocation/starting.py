@@ -13,6 +13,7 @@ from wucht.numerics.continuation.problem import CurvePoint
 
 _INTERVALS, _MOST_REFINEMENTS = 40, 6
 _FINE = 20_001
+_EXACT = 1e-10  # Newton's tolerance, where points are located
 
 
 def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
@@ -25,7 +26,8 @@ def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: in
     samples = CubicSpline((times - times[0]) / (times[-1] - times[0]), states.T)
     fine = np.linspace(0.0, 1.0, _FINE)
     speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
-    grown = np.insert(np.cumsum(speed + 0.5 * speed.mean()), 0, 0.0)
+    # What does not change at all asks for an even mesh.
+    grown = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
     mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _INTERVALS + 1), grown, fine), degree)
     return mesh, samples(mesh.nodes)
 
@@ -59,3 +61,28 @@ def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
     sides[-1] = 1.0
     row = np.random.default_rng(0).normal(size=len(u)) / problem.scale  # not across the curve, as that of a fold would be
     return problem.solution(problem.residual(u)[1], row, sides)[0][:, 0]
+
+
+def exactly(curve: Curve) -> Curve:
+    """The same, Newton's method going on to rounding: for points that are asked for, not passed."""
+    return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), foretold=False))
+
+
+def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: float) -> tuple[Curve, CurvePoint, CurvePoint]:
+    """Two neighbours of a curve as they are on one mesh, on which what lies between them can be located.
+
+    a, b: with the curves on whose meshes they are. accuracy: see ``BoundaryValueProblem``; Newton's method goes on to rounding.
+    Raises ``RunError`` where it fails.
+    """
+    curve, there = b
+    problem = curve.problem
+    assert isinstance(problem, BoundaryValueProblem)
+    better = replace(problem, accuracy=min(accuracy, problem.accuracy)).remeshed(there.u)
+    better = replace(better, reference=better.referred(problem.moved(there.u, better.mesh)))
+    fine, found = exactly(replace(curve, problem=better)), list[CurvePoint]()
+    for at, point in (a, b):
+        known = at.problem
+        assert isinstance(known, BoundaryValueProblem)
+        u, tangent = known.moved(np.stack([point.u, point.tangent], axis=1), better.mesh).T
+        found.append(fine.corrected(u, tangent, point.length)[0])
+    return fine, found[0], found[1]

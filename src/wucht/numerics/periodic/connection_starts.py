@@ -1,15 +1,18 @@
-"""First connections of curves: from the last orbit of a branch, at a saddle-node, between two saddle-nodes, and beyond that."""
+"""First connections of curves: by integration from a saddle, from the last orbit of a branch, at a saddle-node, between two
+saddle-nodes, and beyond that."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.cycle import Cycle
-from wucht.numerics.periodic.saddle_connections import Connection, Connections
+from wucht.numerics.periodic.saddle_connections import Connections
 
 _SAMPLES = 20_001
 _SLOW = 0.05  # of the largest speed
@@ -18,6 +21,84 @@ _OUTSIDE, _DECAYED = 2000, 20.0  # samples of what is put before and behind a co
 _STARTS, _SPREAD = 40, 0.5  # of Newton's method, and how far from a saddle-node they lie, in units of scale
 _SHIFTS = (1e-5, 1e-4, 1e-3)  # of a parameter's size: first steps beyond a codimension-two point
 _CORRECTIONS, _ACCURATE, _SAME = 30, 1e-11, 1e-8
+_BEGIN, _TOLERANCE = 1e-4, 1e-10  # in units of scale: how far from a saddle an orbit is begun; of its integration
+_RETURNED = 0.25  # of its largest distance from the saddle so far: nearer it has returned
+
+
+def of_excursion(
+    connections: Connections, place: Sequence[float] | np.ndarray, values: Sequence[float], way: int = 1
+) -> Connection:
+    """The connection near the orbit by which a saddle is left, up to where it first comes back next to it.
+
+    Parameters
+    ----------
+    connections : Connections
+        Of orbits that return to a saddle. Their time is that of the integration, at most.
+    place : sequence of float, (n,)
+        Near the saddle.
+    values : sequence of float
+        Of the parameters: near those of a connection. The last one is kept where a curve is looked for, if only one is varied,
+        that one is found.
+    way : int
+        1 or -1, to which side the saddle is left: 1 where that state of which its direction has most grows.
+
+    Raises
+    ------
+    RunError
+        Where there is no saddle, the orbit does not come back, or Newton's method finds no connection near it.
+    """
+    from scipy.integrate import solve_ivp
+
+    equations, n = connections.rates, connections.rates.n
+    parameters, scale = _given(connections, values), connections.rates.scale[:n]
+    saddle = _equilibrium_near(equations, np.asarray(place, float), parameters)
+    matrix = equations.values(np.concatenate([saddle, parameters]))[1][:, :n] / scale[:, None] * scale
+    rates, vectors = np.linalg.eig(matrix)
+    if not ((rates.real > 0).sum() == 1 and (rates.real < 0).sum() == n - 1):
+        raise RunError("the equilibrium is no saddle that is left in one direction")
+    leaving = vectors[:, int(rates.real.argmax())].real
+    leaving = leaving * way * np.sign(leaving[np.abs(leaving).argmax()]) / np.linalg.norm(leaving)
+    run = solve_ivp(
+        lambda _, x: equations.values(np.concatenate([x, parameters]))[0],
+        (0.0, connections.time), saddle + _BEGIN * leaving * scale, "DOP853",
+        rtol=_TOLERANCE, atol=_TOLERANCE * _BEGIN * scale.min(), dense_output=True,
+    )  # fmt: skip
+    times = np.linspace(0.0, run.t[-1], _SAMPLES)
+    states, advance = run.sol(times), 2 * np.pi * connections.winding
+    last = _return(np.linalg.norm((states - (saddle + advance)[:, None]) / scale[:, None], axis=0))
+    short = replace(connections, time=float(times[last]))
+    found = short.start(times[: last + 1], states[:, : last + 1], saddle[None], list(values))
+    return connections.longer(found, kept=True)
+
+
+def _return(away: np.ndarray) -> int:
+    """The index at which distances (K,) from a saddle are least the first time that they are small again."""
+    farthest = np.maximum.accumulate(away)
+    back = np.flatnonzero(away < _RETURNED * farthest)
+    if not len(back):
+        raise RunError("the orbit that leaves the saddle does not come back to it in that time")
+    begin = int(back[0])
+    again = np.flatnonzero(away[begin:] >= _RETURNED * farthest[begin])
+    return begin + int(away[begin : begin + int(again[0]) if len(again) else None].argmin())
+
+
+def _given(connections: Connections, values: Sequence[float]) -> np.ndarray:
+    """The values of all varied parameters, also of the one that is only kept."""
+    return np.array([*values, *[0.0] * (len(connections.bounds) - len(values))])
+
+
+def _equilibrium_near(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    n, scale = equations.n, equations.scale[: equations.n]
+    for _ in range(_CORRECTIONS):
+        f, f_u = equations.values(np.concatenate([x, parameters]))
+        try:
+            change = np.linalg.solve(f_u[:, :n], f)
+        except np.linalg.LinAlgError:
+            break
+        x = x - change
+        if np.linalg.norm(change / scale) < _ACCURATE:
+            return x
+    raise RunError("no equilibrium was found near this place")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +128,8 @@ def of_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values:
     begin = turned[:, 0] - away[:, k] * scale[:, 0]  # the saddle, as many whole turns on as the orbit is
     times, more = tau * cycle.period, connections.time - cycle.period
     if more > 0:
-        given = [*values, *[0.0] * (len(connections.bounds) - len(values))]
-        rates = np.sort(np.linalg.eigvals(connections.rates.values(np.append(begin, given))[1][:, :n]).real)[::-1]
+        given = np.append(begin, _given(connections, values.tolist()))
+        rates = np.sort(np.linalg.eigvals(connections.rates.values(given)[1][:, :n]).real)[::-1]
         share = rates[1] / (rates[1] - rates[0])  # so that both ends come equally near
         outside = np.linspace(0.0, more, _OUTSIDE)[1:]
         before, after = outside[::-1] * share, outside * (1 - share)

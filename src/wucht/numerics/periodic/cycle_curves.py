@@ -18,11 +18,12 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, Ends, EndValues, Integrand, Reference
+from wucht.numerics.collocation.starting import exactly
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, Orbit, swing
 from wucht.numerics.periodic.cycle_starts import carried
-from wucht.numerics.periodic.cycles import STEPS, Cycles
+from wucht.numerics.periodic.cycles import STEPS
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
 from wucht.numerics.variational import variational
 from wucht.system import System
@@ -146,7 +147,7 @@ class CycleCurve:
         curve = Curve(problem, {-2: self.bounds[0], -1: self.bounds[1], -q: self.periods}, self.steps)
         towards = np.zeros(len(u))
         towards[-1] = sizes[-1]
-        return CurveCycle(curve, Cycles.exactly(curve).start(u, towards), self.n)
+        return CurveCycle(curve, exactly(curve).start(u, towards), self.n)
 
     def walk(self, start: CurveCycle) -> Walk[CurveCycle]:
         """The orbits of the curve from a first one on, as they are asked for."""

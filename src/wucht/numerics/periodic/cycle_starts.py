@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import sampled, solved_near, tangent_near
+from wucht.numerics.collocation.starting import exactly, sampled, solved_near, tangent_near
 from wucht.numerics.continuation.equilibria import Equilibrium
 from wucht.numerics.continuation.special_points import located
 from wucht.numerics.periodic.cycle import Cycle, Orbit
@@ -108,7 +108,7 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
     u = np.concatenate([orbit.states.T.ravel(), [orbit.period, value]])
     problem = cycles.problem(mesh, orbit.period)
     problem = replace(problem, reference=problem.referred(u))
-    curve, point = solved_near(cycles.exactly(cycles.curve(problem)), u, tangent_near(problem, u))
+    curve, point = solved_near(exactly(cycles.curve(problem)), u, tangent_near(problem, u))
     return cycles.seen(replace(curve, steps=cycles.steps), point)
 
 
@@ -125,7 +125,7 @@ def cycles_with(cycles: Cycles, branch: Sequence[Cycle], value: float) -> tuple[
 
 
 def _between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
-    exact = cycles.exactly(there.curve)
+    exact = exactly(there.curve)
     seen = partial(cycles.seen, exact, near=here.basis)
     at = located(exact, here.on(there.problem.mesh), there.point, seen, lambda c: c.parameter - value)
     if at is None:
@@ -137,7 +137,7 @@ def _between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
 
 def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
     """The orbit at a value of the parameter near nodes' values (K, n), on a mesh that suits it. Raises ``RunError``."""
-    exact = cycles.exactly(cycles.curve(cycles.problem(mesh, period)))
+    exact = exactly(cycles.curve(cycles.problem(mesh, period)))
     curve, point = solved_near(exact, np.concatenate([y.ravel(), [period, value]]))
     return cycles.seen(replace(curve, steps=cycles.steps), point)
 
@@ -159,7 +159,7 @@ def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) ->
     guess = base + amplitude * direction
     problem = replace(problem, reference=problem.referred(guess))
     curve = cycles.curve(problem)
-    return cycles.seen(curve, cycles.exactly(curve).start(guess, direction))
+    return cycles.seen(curve, exactly(curve).start(guess, direction))
 
 
 def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
@@ -179,13 +179,13 @@ def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles,
     guess = np.concatenate([both.ravel(), [2 * at.period, at.parameter]]) + amplitude * way
     problem = replace(problem, reference=problem.referred(guess))
     curve = more.curve(problem)
-    return more, more.seen(curve, more.exactly(curve).start(guess, way))
+    return more, more.seen(curve, exactly(curve).start(guess, way))
 
 
 def switched(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
     """First orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
     curve, other = at.curve, at.other
-    first, second = (cycles.exactly(curve).start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
+    first, second = (exactly(curve).start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
     return cycles.seen(curve, first), cycles.seen(curve, second)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.collocation.starting import refined
 from wucht.numerics.continuation.curve import CLOSED, Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
@@ -42,7 +43,6 @@ from wucht.system import System
 
 _STEERING = 1e-10  # relative, of multipliers by which special points are found
 _LOCATING = 1e-9  # accuracy, when they are
-_EXACT = 1e-10  # Newton's tolerance, then
 _ROUNDING = 1e-9  # a test function that is smaller says nothing
 _STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: it does not change but for rounding
 _STANDS = 1e-7  # of the parameter's share in the tangent, on any mesh: below it its sign says nothing on its own
@@ -129,11 +129,6 @@ class Cycles:
         """What is followed, within the bounds of parameter and period."""
         return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps, is_orbit)
 
-    @staticmethod
-    def exactly(curve: Curve) -> Curve:
-        """The same, Newton's method going on to rounding: for orbits that are asked for, not passed."""
-        return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), foretold=False))
-
     def seen(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
         """A point of the curve with its multipliers. near: the basis of a neighbour."""
         problem = curve.problem
@@ -192,7 +187,7 @@ class Cycles:
         """The special orbit between two at which a test function changes its sign; none where that is no special orbit."""
         before = here.on(there.problem.mesh)
         try:
-            fine, first, last = self._refined(curve, before, there.point)
+            fine, first, last = refined((curve, before), (curve, there.point), _LOCATING)
         except RunError:  # near a connection of saddles, where the parameter stands still but for errors
             if kind == FOLD:
                 return []
@@ -226,16 +221,6 @@ class Cycles:
                 point = CurvePoint(at.u, at.tangents[0], curve.problem.residual(at.u)[1], length, 0)
                 return replace(seen(point), other=at.tangents[1])
         return None
-
-    def _refined(self, curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[Curve, CurvePoint, CurvePoint]:
-        """Two neighbours as they are on a mesh that is good enough for what lies between them to be located."""
-        problem = curve.problem
-        assert isinstance(problem, BoundaryValueProblem)
-        better = replace(problem, accuracy=min(_LOCATING, self.accuracy)).remeshed(b.u)
-        fine = self.exactly(replace(curve, problem=replace(better, reference=better.referred(problem.moved(b.u, better.mesh)))))
-        moved = (problem.moved(np.stack([p.u, p.tangent], axis=1), better.mesh).T for p in (a, b))
-        first, last = (fine.corrected(u, tangent, p.length)[0] for (u, tangent), p in zip(moved, (a, b), strict=True))
-        return fine, first, last
 
 
 def _returns(advance: np.ndarray, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:

@@ -19,78 +19,43 @@ import sympy as sp
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import sampled, solved_near
+from wucht.numerics.collocation.starting import refined, sampled, solved_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
-from wucht.numerics.periodic.periods import PERIOD, in_periods
+from wucht.numerics.continuation.special_points import located
+from wucht.numerics.periodic.connection import TESTS, Connection, distances, lengthened, missing_times
+from wucht.numerics.periodic.connection_ends import LONG, ended, leading, standing, stands
+from wucht.numerics.periodic.saddle_directions import Directions
 from wucht.system import System
-
-SADDLE_NODE = "the saddle becomes a saddle-node"
 
 _STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
 _DEGREE = 6
 _HELD = sp.Symbol("_held", real=True)
 _STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
-
-
-@dataclass(frozen=True, eq=False)
-class Connection:
-    """An orbit between equilibria.
-
-    curve, point: as they are followed. time: that it is followed. equilibria (e, n): where it begins and ends, one where that
-    is the same. eigenvalues (e, n): there, the largest real part first. parameters: their values, in the order in which they
-    are varied.
-    """
-
-    curve: Curve
-    point: CurvePoint
-    time: float
-    equilibria: np.ndarray
-    eigenvalues: np.ndarray
-    parameters: np.ndarray
-
-    @property
-    def _problem(self) -> BoundaryValueProblem:
-        assert isinstance(self.curve.problem, BoundaryValueProblem)
-        return self.curve.problem
-
-    @property
-    def tau(self) -> np.ndarray:
-        """Of the nodes, in shares of the time (K,)."""
-        return self._problem.mesh.nodes
-
-    @property
-    def states(self) -> np.ndarray:
-        """At the nodes (n, K)."""
-        return self._problem.split(self.point.u)[0].T
-
-    def at(self, tau: np.ndarray) -> np.ndarray:
-        """The states (n, K) at shares (K,) of the time."""
-        return self._problem.mesh.at(self.states.T, np.asarray(tau, float)).T
-
-    @property
-    def saddle_quantity(self) -> float:
-        """The sum of the leaving and of the slowest reaching eigenvalue: nearby orbits are stable where it is < 0."""
-        return float((self.eigenvalues[0, 0] + self.eigenvalues[-1, 1]).real)
+_FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is followed longer
+_MOST_LONGER, _LONGER = 8, 4.0  # how often at a first point, and by what factor at once
+_MANY = 120  # intervals of a mesh, by which orbits are not followed longer: next to a Hopf point they never are near its end
+_LOCATING = 1e-9  # accuracy of the mesh on which special points are located
 
 
 @dataclass(frozen=True, eq=False)
 class Connections:
     """Connections of equilibria each of which is left in one direction.
 
-    rates: f(x, p), by x and the varied parameters. field: T f, by y, the equilibria and the parameters. time: T. winding (n,).
-    bounds: of the parameters. folds: which of the equilibria, one or two, are saddle-nodes.
+    rates: f(x, p), by x and the varied parameters. time: T, at least. winding (n,). bounds: of the parameters. folds: which of
+    the equilibria, one or two, are saddle-nodes. longest: up to which time orbits of saddles are followed where, in a shorter
+    one, their ends do not come near to them.
     """
 
     rates: Equations
-    field: Equations
     time: float
     winding: np.ndarray
     bounds: tuple[tuple[float, float], ...]
     folds: tuple[bool, ...]
     steps: Steps
     accuracy: float
+    longest: float = math.inf
 
     @classmethod
     def of(
@@ -106,6 +71,7 @@ class Connections:
         scale: Mapping[str, float] | None = None,
         steps: Steps | None = None,
         accuracy: float = 1e-7,
+        longest: float = math.inf,
     ) -> Connections:
         """Of a System whose equations do not depend on time.
 
@@ -119,12 +85,15 @@ class Connections:
         bounds : sequence of (float, float)
             Of the parameters.
         time : float
-            That the orbit is followed, so long that at its ends it is near the equilibria.
+            That the orbit is followed, at least.
         folds : sequence of bool
             Whether the equilibrium is a saddle-node; two where the orbit leads to another one, else it returns but for
             ``winding`` turns of angles.
         winding, scale, steps, accuracy
             As of ``Cycles.of``.
+        longest : float
+            An orbit of saddles is followed longer than ``time``, up to this, where its ends are not yet near them: the error of
+            the parameters is about the square of that distance. An orbit of a saddle-node is not: it comes near only as 1/time.
 
         Raises
         ------
@@ -138,14 +107,9 @@ class Connections:
             system = replace(system, parameters=(*system.parameters, _HELD))
             parameters, bounds = (*parameters, _HELD.name), (*bounds, (-math.inf, math.inf))
         bare = System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
-        rates, timed = Equations.of(bare, tuple(parameters), fixed, scale), in_periods(bare)
-        places = [sp.Symbol(f"_equilibrium{k}[{s.name}]", real=True) for k in range(count) for s in system.states]
-        sizes = dict(scale or {}) | {p.name: s for p, s in zip(places, np.tile(rates.scale[: rates.n], count), strict=True)}
-        whole = replace(timed, parameters=(*timed.parameters, *places))
-        names = (*(p.name for p in places), *parameters)
-        equations = Equations.of(whole, names, {**fixed, PERIOD.name: time}, sizes)
+        rates = Equations.of(bare, tuple(parameters), fixed, scale)
         turns = np.array([(winding or {}).get(name, 0) for name in system.state_names])
-        return cls(rates, equations, time, turns, tuple(bounds), tuple(folds), steps or _STEPS, accuracy)
+        return cls(rates, time, turns, tuple(bounds), tuple(folds), steps or _STEPS, accuracy, longest)
 
     def start(self, times: np.ndarray, states: np.ndarray, equilibria: np.ndarray, values: Sequence[float]) -> Connection:
         """The connection near an orbit, the last parameter kept. Raises ``RunError`` where none is found.
@@ -155,9 +119,39 @@ class Connections:
         mesh, y = sampled(times, states, self.rates.scale[: self.rates.n], _DEGREE)
         m = len(self.bounds)
         values = [*values, *[0.0] * (m - len(values))]
-        bounds = {k - m: each for k, each in enumerate(self.bounds)}
         u = np.concatenate([y.ravel(), np.ravel(equilibria), values])
-        return self.seen(*solved_near(Curve(self._problem(mesh), bounds, self.steps), u))
+        found = self.seen(*solved_near(self._curve(mesh), u))
+        for _ in range(_MOST_LONGER):
+            before, found = found, self.longer(found, kept=True)
+            if found is before:
+                break
+        return found
+
+    def longer(self, connection: Connection, *, kept: bool = False) -> Connection:
+        """A point of the curve, followed for a longer time where its ends are too far from its saddles; else itself.
+
+        kept: whether the last parameter keeps its value, as in ``start``; else the point moves across its tangent.
+        """
+        scale, advance = self.rates.scale[: self.rates.n], 2 * math.pi * self.winding
+        room = min(self.longest - connection.time, (_LONGER - 1) * connection.time)
+        near = max(distances(connection, scale, advance)) <= _FAR
+        enough = connection.problem.mesh.intervals > _MANY
+        if any(self.folds) or enough or not room > 0 or (near and connection.time >= self.time):
+            return connection
+        more = missing_times(connection, scale, advance, self.time)
+        if not more.sum() > 0:
+            return connection
+        matrix = self.rates.values(self._places(connection.point.u[-self._q :])[-1])[1][:, : self.rates.n]
+        more = more * min(1.0, room / more.sum())
+        mesh, y, changes = lengthened(connection, more, matrix, advance)
+        later, q, point = replace(self, time=connection.time + float(more.sum())), self._q, connection.point
+        u = np.concatenate([y.ravel(), point.u[-q:]])
+        towards = np.concatenate([changes.ravel(), point.tangent[-q:]])
+        try:
+            curve, found = solved_near(later._curve(mesh), u, None if kept else towards)
+        except RunError:
+            return connection
+        return later.seen(curve, replace(found, length=point.length))
 
     def seen(self, curve: Curve, point: CurvePoint) -> Connection:
         """A point of the curve with the equilibria's eigenvalues."""
@@ -168,7 +162,7 @@ class Connections:
         return Connection(curve, point, self.time, np.array([p[:n] for p in places]), ordered, places[0][n:])
 
     def walk(self, start: Connection) -> Walk[Connection]:
-        """The connections of the curve from a first one on, as they are asked for."""
+        """The connections of the curve from a first one on, special ones among them, as they are asked for."""
         return Walk(self._walked(start))
 
     def backwards(self, connection: Connection) -> Connection:
@@ -176,17 +170,54 @@ class Connections:
         return replace(connection, point=connection.curve.backwards(connection.point))
 
     def _walked(self, start: Connection) -> Generator[Connection, None, str]:
-        walk = start.curve.follow(start.point)
-        for curve, point in walk:
-            there = self.seen(curve, point)
-            if any(not e[0].real > 0 for e, fold in zip(there.eigenvalues, self.folds, strict=True) if not fold):
-                return SADDLE_NODE
-            yield there
-        return walk.end
+        here, steps, made, still, largest = start, self.steps, 0, 0, leading(start)
+        while True:
+            of, walk = replace(self, time=here.time), replace(here.curve, steps=steps).follow(here.point)
+            for curve, point in walk:
+                there, made = of.seen(replace(curve, steps=self.steps), point), made + 1
+                yield from of._special(here, there)
+                largest = max(largest, leading(there))
+                if why := ended(self.folds, start, there, largest):
+                    return why
+                yield there
+                if made == self.steps.points:
+                    return f"it has as many points as were asked for, {made}"
+                step, scale = there.point.length - here.point.length, self.rates.scale[self.rates.n :]
+                still = still + 1 if stands(here, there, scale) else 0
+                if still == LONG:
+                    return standing(self.rates.parameters, there)
+                here, longer = there, self.longer(there)
+                if longer is not there:  # another problem: it is gone on with from there, by steps as long as they were
+                    here, steps = longer, replace(self.steps, first=max(step, self.steps.least))
+                    break
+            else:
+                return walk.end
+
+    def _special(self, here: Connection, there: Connection) -> list[Connection]:
+        """The special points between two neighbours, in order."""
+        if len(self.folds) == 2 or self.folds[0] or self.rates.n < 2:
+            return []
+        found, between = list[Connection](), None
+        for kind, test in TESTS.items():
+            if not test(here) * test(there) < 0:  # not so either where one is not a number
+                continue
+            try:
+                between = between or refined((here.curve, here.point), (there.curve, there.point), _LOCATING)
+            except RunError:
+                return []
+            curve = between[0]
+            at = located(*between, lambda point, curve=curve: self.seen(curve, point), test)  # type: ignore[misc]
+            if at is not None:
+                found.append(replace(at, kind=kind, curve=replace(at.curve, steps=self.steps)))
+        return sorted(found, key=lambda c: c.point.length)
+
+    def _curve(self, mesh: Mesh) -> Curve:
+        m = len(self.bounds)
+        return Curve(self._problem(mesh), {k - m: each for k, each in enumerate(self.bounds)}, self.steps)
 
     @property
     def _q(self) -> int:
-        return len(self.field.parameters)
+        return len(self.folds) * self.rates.n + len(self.bounds)
 
     def _places(self, parameters: np.ndarray) -> list[np.ndarray]:
         """Each equilibrium with the varied parameters (n + m,)."""
@@ -197,19 +228,27 @@ class Connections:
         n, q = self.rates.n, self._q
         advance = 2 * math.pi * self.winding
         weights = 1 / self.rates.scale[:n, None] ** 2
-        sizes = np.concatenate([self.rates.scale[:n], self.field.scale[n:]])
+        sizes = np.concatenate([self.rates.scale[:n], np.tile(self.rates.scale[:n], len(self.folds)), self.rates.scale[n:]])
+
+        def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            kept = [*range(n), *range(len(u) - len(self.bounds), len(u))]
+            f, f_u = self.rates.values(u[kept])
+            by_u = np.zeros((n, len(u), u.shape[1]))
+            by_u[:, kept] = self.time * f_u
+            return self.time * f, by_u
 
         def ends(first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
-            conditions = self._conditions(first, last - advance, parameters)
+            at_first, at_last = (self._directions(self._places(parameters)[k]) for k in (0, -1))
+            by = at_first.by_right, at_last.by_left
+            conditions = self._conditions(first, last - advance, parameters, by)
             by_parameters = np.empty((len(conditions), q))
             for k, size in enumerate(sizes[n:]):
                 h = np.zeros(q)
                 h[k] = _STEP * size
-                up, down = (self._conditions(first, last - advance, parameters + s * h) for s in (1.0, -1.0))
+                up, down = (self._conditions(first, last - advance, parameters + s * h, by) for s in (1.0, -1.0))
                 by_parameters[:, k] = (up - down) / (2 * h[k])
-            places = self._places(parameters)
             begin, end = np.zeros((len(conditions), n)), np.zeros((len(conditions), n))
-            begin[: n - 1], end[n - 1] = self._directions(places[0])[1], self._directions(places[-1])[0]
+            begin[: n - 1], end[n - 1] = at_first.others, at_last.leaving
             return conditions, begin, end, by_parameters
 
         def phase(y: np.ndarray, _: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -217,29 +256,17 @@ class Connections:
             return ((y - reference.y) * direction).sum(axis=0)[None], direction[None], np.zeros((1, q, y.shape[1]))
 
         nothing = Reference(np.zeros((n, 0)), np.zeros((n, 0)))
-        return BoundaryValueProblem(self.field.values, n, q, ends, phase, mesh, nothing, sizes, None, self.accuracy)
+        return BoundaryValueProblem(field, n, q, ends, phase, mesh, nothing, sizes, None, self.accuracy)
 
-    def _conditions(self, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    def _conditions(self, first: np.ndarray, last: np.ndarray, parameters: np.ndarray, by: tuple[int, int]) -> np.ndarray:
         """On the first and the last state, on the equilibria, and that they are saddle-nodes."""
         n, places = self.rates.n, self._places(parameters)
         values = [self.rates.values(place) for place in places]
         folds = [np.linalg.det(f_u[:, :n]) for (_, f_u), fold in zip(values, self.folds, strict=True) if fold]
-        others, leaving = self._directions(places[0])[1], self._directions(places[-1])[0]
+        others, leaving = self._directions(places[0], by).others, self._directions(places[-1], by).leaving
         left, reached = others @ (first - places[0][:n]), leaving @ (last - places[-1][:n])
         return np.concatenate([left, [reached], *(f for f, _ in values), folds])
 
-    def _directions(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of an equilibrium: the left eigenvector of the leaving direction (n,), and a basis of the others' span (n-1, n)."""
-        n, scale = self.rates.n, self.rates.scale[: self.rates.n]
-        values, right = np.linalg.eig(self.rates.values(place)[1][:, :n] / scale[:, None] * scale)
-        k = int(values.real.argmax())
-        if values[k].imag != 0:
-            raise RunError("the equilibrium is left in more than one direction")
-        left = np.linalg.inv(right)[k].real
-        left = left / left[np.abs(left).argmax()]
-        # The other left eigenvectors span what is normal to the right one.
-        leaving = right[:, k].real
-        fixed = int(np.abs(leaving).argmax())
-        others = np.delete(np.eye(n), fixed, axis=0)
-        others[:, fixed] = -np.delete(leaving, fixed) / leaving[fixed]
-        return left / scale, others / scale
+    def _directions(self, place: np.ndarray, by: tuple[int, int] | None = None) -> Directions:
+        n = self.rates.n
+        return Directions.of(self.rates.values(place)[1][:, :n], self.rates.scale[:n], by)

@@ -16,9 +16,11 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.periodic.connection import Connection
+from wucht.numerics.periodic.connection_ends import SADDLE_NODE
 from wucht.numerics.periodic.connection_starts import beyond, longer, of_cycle, rest_of, saddle_node_of, waiting
 from wucht.numerics.periodic.fold_pairs import FoldPairs
-from wucht.numerics.periodic.saddle_connections import SADDLE_NODE, Connection, Connections
+from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.studies.orbit_branch.first_orbits import cycles_of
 from wucht.studies.orbit_branch.orbit_walk import first_cycle
 from wucht.studies.stability_map.mapped_motion import MappedMotion, nearest_fold

@@ -210,8 +210,9 @@ def connections_of(
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
     fixed = {n: s.values[n] for n in s.system.parameter_names if n not in paths}
     turns = {n: int(w) for n, w in zip(s.system.state_names, winding, strict=True) if w}
+    # The time is kept: where the curve ends at a saddle-node, so does its orbit, which takes up from there.
     return Connections.of(
-        s.system, paths, fixed, bounds, time, folds=folds, winding=turns, scale=motion.sizes(widths), steps=_STEPS
+        s.system, paths, fixed, bounds, time, folds=folds, winding=turns, scale=motion.sizes(widths), steps=_STEPS, longest=time
     )
 
 

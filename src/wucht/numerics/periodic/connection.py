@@ -1,0 +1,162 @@
+"""An orbit between equilibria as collocation has it, what about it is zero where it changes, and how it is followed longer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.curve import Curve
+from wucht.numerics.continuation.problem import CurvePoint
+
+NEUTRAL_SADDLE, SADDLE_FOCUS, THREE_LEADING = "neutral-saddle", "saddle-focus", "three-leading"
+
+_MOST_ADDED = 100  # intervals of a mesh
+_NEAR = 1e-7  # of the orbit's size: how near to a saddle an orbit comes that is followed longer
+
+
+@dataclass(frozen=True, eq=False)
+class Connection:
+    """An orbit between equilibria.
+
+    curve, point: as they are followed. time: that it is followed. equilibria (e, n): where it begins and ends, one where that
+    is the same. eigenvalues (e, n): there, the largest real part first. parameters: their values, in the order in which they
+    are varied. kind: ``""``, or what happens here to an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle
+    quantity is zero. ``"saddle-focus"``: both slowest eigenvalues of those with which the saddle is reached are one; on one
+    side of this point they are complex. ``"three-leading"``: a complex pair is as slow as the slowest real one.
+    """
+
+    curve: Curve
+    point: CurvePoint
+    time: float
+    equilibria: np.ndarray
+    eigenvalues: np.ndarray
+    parameters: np.ndarray
+    kind: str = ""
+
+    @property
+    def problem(self) -> BoundaryValueProblem:
+        """The boundary value problem on the orbit's mesh."""
+        assert isinstance(self.curve.problem, BoundaryValueProblem)
+        return self.curve.problem
+
+    @property
+    def tau(self) -> np.ndarray:
+        """Of the nodes, in shares of the time (K,)."""
+        return self.problem.mesh.nodes
+
+    @property
+    def states(self) -> np.ndarray:
+        """At the nodes (n, K)."""
+        return self.problem.split(self.point.u)[0].T
+
+    def at(self, tau: np.ndarray) -> np.ndarray:
+        """The states (n, K) at shares (K,) of the time."""
+        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
+
+    @property
+    def saddle_quantity(self) -> float:
+        """The sum of the leaving and of the slowest reaching eigenvalue: nearby orbits are stable where it is < 0."""
+        return float((self.eigenvalues[0, 0] + self.eigenvalues[-1, 1]).real)
+
+
+def _two_slowest(connection: Connection) -> float:
+    """The square of the difference of the two slowest reaching eigenvalues: negative where they are complex."""
+    reaching = connection.eigenvalues[-1, 1:3]
+    alike = len(reaching) == 2 and len(set(reaching.imag != 0)) == 1
+    return float(((reaching[0] - reaching[1]) ** 2).real) if alike else math.nan
+
+
+def _pair_behind(connection: Connection) -> float:
+    """By how much the slowest real reaching eigenvalue is slower than the slowest complex ones."""
+    reaching = connection.eigenvalues[-1, 1:]
+    real, paired = reaching.real[reaching.imag == 0], reaching.real[reaching.imag != 0]
+    return float(real.max() - paired.max()) if len(real) and len(paired) else math.nan
+
+
+TESTS: Mapping[str, Callable[[Connection], float]] = {
+    NEUTRAL_SADDLE: lambda connection: connection.saddle_quantity,
+    SADDLE_FOCUS: _two_slowest,
+    THREE_LEADING: _pair_behind,
+}
+"""Functions of a connection that pass zero at a kind of point, not a number where that does not apply."""
+
+
+def distances(connection: Connection, scale: np.ndarray, advance: np.ndarray) -> tuple[float, float]:
+    """How far an orbit's ends are from its equilibria, in terms of its size.
+
+    scale (n,): of the states. advance (n,): by how much it ends farther on, because of whole turns.
+    """
+    away = (connection.states - connection.equilibria[0][:, None]) / scale[:, None]
+    last = (connection.states[:, -1] - advance - connection.equilibria[-1]) / scale
+    size = float(np.linalg.norm(away, axis=0).max())
+    return float(np.linalg.norm(away[:, 0])) / size, float(np.linalg.norm(last)) / size
+
+
+def missing_times(connection: Connection, scale: np.ndarray, advance: np.ndarray, least: float) -> np.ndarray:
+    """By how much longer (2,), before its begin and after its end, an orbit takes to come near to its saddles.
+
+    least: of the whole time; what is missing of it is shared so that both ends come about equally near. Where a saddle is
+    reached by very many turns, fewer of them.
+    """
+    rates = np.array([connection.eigenvalues[0, 0].real, -connection.eigenvalues[-1, 1].real])
+    if not (rates > 0).all():
+        return np.zeros(2)
+    wanted = np.log(np.maximum(np.array(distances(connection, scale, advance)) / _NEAR, 1.0)) / rates
+    spare = least - connection.time - wanted.sum()
+    wanted = wanted + max(spare, 0.0) * rates[::-1] / rates.sum()
+    return np.asarray(np.minimum(wanted, _MOST_ADDED / _slowest(connection)))
+
+
+def lengthened(
+    connection: Connection, more: np.ndarray, matrix: np.ndarray, advance: np.ndarray
+) -> tuple[Mesh, np.ndarray, np.ndarray]:
+    """An orbit with what the linearised equations put before and behind it: a mesh, and states and tangent at its nodes (K, n).
+
+    more (2,): how much time that is. matrix (n, n): of these equations, where it ends. The tangent is zero where the orbit was
+    not known before.
+    """
+    from scipy.linalg import expm
+
+    problem, time = connection.problem, connection.time
+    mesh, (y, _), (tangent, _) = problem.mesh, problem.split(connection.point.u), problem.split(connection.point.tangent)
+    whole, leaving = time + float(more.sum()), float(connection.eigenvalues[0, 0].real)
+    before, after = (_edges(span, rate) for span, rate in zip(more, _slowest(connection), strict=True))
+    edges = np.concatenate([before[:-1], more[0] + time * mesh.edges, more[0] + time + after[1:]]) / whole
+    edges[-1] = 1.0
+    longer = Mesh(edges, mesh.degree)
+    at, first = longer.nodes * whole, mesh.degree * (len(before) - 1)
+    last = first + len(y) - 1
+    begin, end = connection.equilibria[0], connection.equilibria[-1] + advance
+    # It leaves in one direction: any other part of where it begins is an error, which would grow backwards in time.
+    earlier = begin + (y[0] - begin) * np.exp(leaving * (at[:first, None] - more[0]))
+    # Nor may what it has of the leaving direction at its end grow: with this matrix it decays.
+    reached = _without_leaving(matrix)
+    later = [end + expm(reached * (t - more[0] - time)) @ (y[-1] - end) for t in at[last + 1 :].tolist()]
+    states = np.concatenate([earlier, y, np.reshape(later, (-1, len(begin)))])
+    changes = np.zeros_like(states)
+    changes[first : last + 1] = tangent
+    return longer, states, changes
+
+
+def _without_leaving(matrix: np.ndarray) -> np.ndarray:
+    """The same matrix, but for the sign of its largest eigenvalue, which is real and positive."""
+    values, right = np.linalg.eig(matrix)
+    k = int(values.real.argmax())
+    others, left = np.linalg.eig(matrix.T)
+    along, across = right[:, k].real, left[:, int(others.real.argmax())].real
+    return np.asarray(matrix - 2 * values[k].real * np.outer(along, across) / (along @ across))
+
+
+def _edges(span: float, rate: float) -> np.ndarray:
+    """Of intervals over a time, in each of which what changes with a rate is well represented."""
+    return np.linspace(0.0, span, 1 + math.ceil(span * rate))
+
+
+def _slowest(connection: Connection) -> np.ndarray:
+    """By what rates (2,) an orbit changes at its begin and its end."""
+    return np.asarray(np.abs([connection.eigenvalues[0, 0], connection.eigenvalues[-1, 1]]))

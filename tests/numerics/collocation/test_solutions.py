@@ -1,0 +1,83 @@
+"""Boundary value problems written as formulas, and their solutions over a parameter, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.optimize import brentq
+
+from wucht.errors import WuchtError
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.end_conditions import EndConditions, at_begin, at_end
+from wucht.numerics.collocation.solutions import Solutions
+from wucht.system import System
+
+U, V, L, P = sp.symbols("u v load p", real=True)
+BRATU = System((U, V), (V, -L * sp.exp(U)), (L,))
+"""u'' + load e^u = 0. G. Bratu, Bull. Soc. Math. France 42 (1914) 113-142; AUTO-07p's demo exp.
+
+With u(0) = u(1) = 0, u = -2 ln(cosh(theta (t - 1/2)/2)/cosh(theta/4)), theta = sqrt(2 load) cosh(theta/4).
+"""
+
+
+def highest(load: float, bracket: tuple[float, float]) -> float:
+    theta = brentq(lambda t: t - np.sqrt(2 * load) * np.cosh(t / 4), *bracket, xtol=1e-14)
+    return float(2 * np.log(np.cosh(theta / 4)))
+
+
+def test_bratus_problem_through_its_fold() -> None:
+    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.1, 4.0)], [1.0])
+    walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
+    points = list(walk)
+    one, fold, other = [s for s in points if s.kind]
+    assert [s.kind for s in (one, fold, other)] == ["value", "fold", "value"]
+    assert one.at([0.5])[0] == pytest.approx(highest(1.0, (1.0, 2.0)), abs=1e-9)
+    assert other.at([0.5])[0] == pytest.approx(highest(1.0, (8.0, 14.0)), abs=1e-9)
+    # The issue's digits.
+    assert [s.at([0.5])[0, 0] for s in (one, other)] == pytest.approx([0.1405392144, 4.0914672462], abs=5e-11)
+    assert [s.parameters[0] for s in (one, other)] == pytest.approx([1.0, 1.0], abs=1e-10)
+    # (theta/4) tanh(theta/4) = 1 there, load = theta^2/2/cosh(theta/4)^2.
+    quarter = brentq(lambda t: t * np.tanh(t) - 1, 1.0, 1.5, xtol=1e-15)
+    assert fold.parameters[0] == pytest.approx(8 * (quarter / np.cosh(quarter)) ** 2, abs=1e-10)
+    assert fold.parameters[0] == pytest.approx(3.513830719, abs=5e-10)
+    assert "leaves the range" in walk.end and len(points) < 60
+    theta = brentq(lambda t: t - np.sqrt(2.0) * np.cosh(t / 4), 8.0, 14.0, xtol=1e-14)
+    t = np.linspace(0, 1, 101)
+    exact = -2 * np.log(np.cosh(theta * (t - 0.5) / 2) / np.cosh(theta / 4))
+    np.testing.assert_allclose(other.at(t)[0], exact, atol=1e-8)
+    assert other.error < 1e-8 and other.states.shape == (2, len(other.tau))
+    assert solutions.backwards(one).point.tangent[-1] == -one.point.tangent[-1]
+
+
+def test_a_parameter_that_is_found_with_the_solution() -> None:
+    """u'' = -p u, u(0) = u(1) = 0, u'(0) = load: p = pi^2 for each load, u = load/pi sin(pi t)."""
+    system = System((U, V), (V, -P * U), (P, L))
+    problem = BoundaryValueProblem.of(system, ["p", "load"], {}, [at_begin(U), at_end(U), at_begin(V) - L], scale={"p": 10.0})
+    solutions = Solutions(problem, [(0.0, 20.0), (0.5, 2.0)], [1.5])
+    t = np.linspace(0, 1, 11)
+    walk = solutions.walk(solutions.start(t, [4 * t * (1 - t), 4 - 8 * t], [9.0, 1.0]))
+    (wanted,) = [s for s in walk if s.kind]
+    assert wanted.parameters == pytest.approx([np.pi**2, 1.5], abs=1e-8)
+    np.testing.assert_allclose(wanted.at(t)[0], 1.5 / np.pi * np.sin(np.pi * t), atol=1e-8)
+
+
+def test_derivatives_of_conditions_are_those_of_differences() -> None:
+    system = System((U, V), (V, U), (L, P))
+    ends = EndConditions.of(system, ["p"], {"load": 2.0}, [at_begin(U) ** 2 - L * P, sp.sin(at_end(V)) * at_begin(V) + P**3])
+    u = np.array([0.3, -0.7, 0.2, 1.1, 0.4])
+    b, *by = ends(u[:2], u[2:4], u[4:])
+    np.testing.assert_allclose(b, [0.09 - 0.8, np.sin(1.1) * -0.7 + 0.064])
+    steps = 1e-6 * np.eye(5)
+    numerical = [(ends(*np.split(u + h, [2, 4]))[0] - ends(*np.split(u - h, [2, 4]))[0]) / 2e-6 for h in steps]
+    np.testing.assert_allclose(np.hstack(by), np.array(numerical).T, atol=1e-8)
+
+
+def test_what_is_no_problem_is_refused() -> None:
+    with pytest.raises(WuchtError, match="2 states and 1 parameters: given are 1 conditions"):
+        BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U)])
+    with pytest.raises(WuchtError, match="u is no value of a state at_begin or at_end"):
+        BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), U])
+    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.0, 4.0)])
+    with pytest.raises(WuchtError, match="near samples of 2 states at two places or more"):
+        solutions.start([0, 1], [[0, 0]], [0.1])
