@@ -1,5 +1,6 @@
 """Compiled once a structure: values never compile again."""
 
+import itertools
 from importlib.util import find_spec
 
 import numpy as np
@@ -68,3 +69,19 @@ def test_without_a_choice_the_best_engine_is_taken():
 def test_an_unknown_engine_is_refused():
     with pytest.raises(WuchtError, match="unknown engine 'euler'; known: heyoka, scipy, scipy-radau"):
         compile_system(SPRING, engine="euler")
+
+
+def test_definitions_that_use_one_another_are_never_written_out():
+    """Fifty, each a product with the one before: written out they have 2^50 terms. An angle's unit is known all the same."""
+    pytest.importorskip("heyoka")
+    from wucht.numerics.flow.heyoka_engine import state_units
+
+    theta, omega, slip = sp.symbols("theta omega slip", real=True)
+    names = sp.symbols("d0:50", real=True)
+    chain = [(names[0], sp.sin(theta)), *((b, a * (a + omega)) for a, b in itertools.pairwise(names))]
+    twice = sp.Symbol("twice", real=True)
+    system = System(
+        (theta, omega, slip), (twice, names[-1] - omega, omega + names[-1]), (),
+        (*chain, (twice, 2 * omega)), angles=frozenset({theta, slip}),
+    )  # fmt: skip
+    assert state_units(system).tolist() == [2.0**20, 1.0, 1.0]

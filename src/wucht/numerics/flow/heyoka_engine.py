@@ -43,19 +43,26 @@ _TURNED = 2.0**20
 
 def state_units(system: System) -> np.ndarray:
     """The unit in which heyoka holds each state (n,) of a System: large for angles that integrate a given rate or one state."""
-    rates = dict(zip(system.states, system.derivatives, strict=True))
-    large = [s in system.angles and _integrates_a_speed(system, rate) for s, rate in rates.items()]
+    # Definitions are not put in: they are shared, and written out they may be exponentially long.
+    definitions, states = dict(system.definitions), set(system.states)
+    moving = {s: {s} for s in (*states, TIME)}
+    for symbol, expression in system.definitions:
+        moving[symbol] = set().union(*(moving.get(s, set()) for s in sp.sympify(expression).free_symbols))
+
+    def integrates_a_speed(rate: sp.Expr) -> bool:
+        """Whether a rate is given, or a constant times a state that is no angle."""
+        while rate in definitions:
+            rate = definitions[rate]
+        of = set().union(*(moving.get(s, set()) for s in rate.free_symbols)) - {TIME}
+        if len(of) != 1:
+            return not of
+        (speed,) = of
+        return speed not in system.angles and not any(moving.get(s) for s in (rate / speed).free_symbols)
+
+    large = [
+        s in system.angles and integrates_a_speed(sp.sympify(r)) for s, r in zip(system.states, system.derivatives, strict=True)
+    ]
     return np.where(large, _TURNED, 1.0)
-
-
-def _integrates_a_speed(system: System, rate: sp.Expr) -> bool:
-    """Whether a rate is given, or a constant times a state that is no angle."""
-    explicit = system.explicit(rate)
-    moving = explicit.free_symbols & set(system.states)
-    if len(moving) != 1:
-        return not moving
-    (speed,) = moving
-    return speed not in system.angles and not (explicit / speed).free_symbols & {speed, TIME}
 
 
 def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
