@@ -195,3 +195,52 @@ def test_an_interrupted_study_goes_on_where_it_was(tmp_path: Path) -> None:
     assert figure(part).axes
     again, whole = run(asked, own(CIRCLE), folder=tmp_path, resume=True), run(asked, own(CIRCLE))
     assert summary_of(again) == summary_of(whole)
+
+
+# AUTO's demo plp at S0 = 111 (AUTO-07P manual, 2007): a closed branch.
+ISOLA = {
+    "parameters": {"rho": 4.0},
+    "definitions": {"R": "s*a/(1 + s + 0.1*s^2)"},
+    "states": {"s": "111 - s - rho*R", "a": "0.2*(500 - a) - rho*R"},
+}
+
+
+@cache
+def isola() -> Any:
+    return run(OrbitBranch(along="rho", range=(2.0, 6.0), at=4.0, start={"s": 100.0, "a": 300.0}, until=300.0), own(ISOLA))
+
+
+def test_a_closed_branch_is_described_once() -> None:
+    s = summary_of(isola())
+    assert [(p["kind"], p["rho"]) for p in s["special_points"]] == [
+        ("fold", pytest.approx(4.7221252364, abs=1e-9)),
+        ("fold", pytest.approx(2.9862948102, abs=1e-9)),
+    ]
+    assert [e["kind"] for e in s["ends"]] == ["closed"]
+    assert s["sentence"].endswith("; it is closed")
+    (branch,) = s["branches"]
+    assert branch["stable"] == [pytest.approx([2.9862948102, 4.7221252364], abs=1e-6)]
+    passed = [o for o in s["orbits"] if not o["kind"] and abs(o["rho"] - s["orbits"][2]["rho"]) < 1e-9]
+    assert len(passed) == 2
+
+
+def test_at_special_orbits_no_disturbance_grows_by_rounding() -> None:
+    r = isola()
+    assert r.unstable.values[r.at_special.values == 1].tolist() == [0, 0]
+
+
+def test_what_is_not_located_is_listed_with_its_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise RunError("no branch point was found")
+
+    monkeypatch.setattr("wucht.numerics.periodic.cycles.orbit_branch_point", fails)
+    symmetric = {
+        "parameters": {"p": -0.3},
+        "states": {"x": "(1 - x^2 - y^2)*x - 2*y", "y": "2*x + (1 - x^2 - y^2)*y", "z": "(p - z^2)*z"},
+    }
+    r = run(OrbitBranch(along="p", range=(-0.5, 0.5), at=-0.3, start={"x": 0.5}, values=(-0.2,)), own(symmetric))
+    (point,) = summary_of(r)["special_points"]
+    assert (point["kind"], point["hidden"]) == ("unresolved", "branch-point")
+    assert point["between"][0] < 0.0 < point["between"][1]
+    assert any("a branch-point that was not located" in line for line in report(r))
+    figure(r)
