@@ -12,6 +12,7 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.starting import refined, sampled, solved_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
 
 FOLD, VALUE = "fold", "value"
@@ -24,7 +25,8 @@ STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
 class Solution:
     """A solution.
 
-    curve, point: as it is followed. kind: ``""``, ``"fold"``, ``"value"``: the last parameter has a wanted one.
+    curve, point: as it is followed. kind: ``""``, ``"fold"``, ``"value"``: the last parameter has a wanted one, or
+    ``"unresolved"``: one of these was not located between the solution before and this one.
     """
 
     curve: Curve
@@ -135,10 +137,9 @@ class Solutions:
         try:
             fine, first, last = refined((here.curve, here.point), (there.curve, there.point), _LOCATING)
         except RunError:
-            return []
+            return [replace(there, kind=UNRESOLVED)]
         found = list[Solution]()
         for kind, test in passed:
             at = located(fine, first, last, lambda point: Solution(fine, point), test)
-            if at is not None:
-                found.append(replace(at, kind=kind))
+            found.append(replace(there, kind=UNRESOLVED) if at is None else replace(at, kind=kind))
         return sorted(found, key=lambda s: s.point.length)

@@ -23,6 +23,7 @@ from wucht.numerics.collocation.starting import refined, sampled, solved_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
 from wucht.numerics.periodic.connection import TESTS, Connection, distances, lengthened, missing_times
 from wucht.numerics.periodic.connection_ends import LONG, ended, leading, standing, stands
@@ -194,7 +195,7 @@ class Connections:
                 return walk.end
 
     def _special(self, here: Connection, there: Connection) -> list[Connection]:
-        """The special points between two neighbours, in order."""
+        """The special points between two neighbours, in order; unresolved where one is not located."""
         if len(self.folds) == 2 or self.folds[0] or self.rates.n < 2:
             return []
         found, between = list[Connection](), None
@@ -204,10 +205,12 @@ class Connections:
             try:
                 between = between or refined((here.curve, here.point), (there.curve, there.point), _LOCATING)
             except RunError:
-                return []
+                return [replace(there, kind=UNRESOLVED)]
             curve = between[0]
             at = located(*between, lambda point, curve=curve: self.seen(curve, point), test)  # type: ignore[misc]
-            if at is not None:
+            if at is None:
+                found.append(replace(there, kind=UNRESOLVED))
+            else:
                 found.append(replace(at, kind=kind, curve=replace(at.curve, steps=self.steps)))
         return sorted(found, key=lambda c: c.point.length)
 
