@@ -27,8 +27,8 @@ class Connection:
     is the same. eigenvalues (e, n): there, the largest real part first. parameters: their values, in the order in which they
     are varied. kind: ``""``, or what happens here to an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle
     quantity is zero. ``"saddle-focus"``: both slowest eigenvalues of those with which the saddle is reached are one; on one
-    side of this point they are complex. ``"three-leading"``: a complex pair is as slow as the slowest real one. ``"unresolved"``: one of
-    these lies between the point before and this one, and was not located.
+    side of this point they are complex. ``"three-leading"``: a complex pair is as slow as the slowest real one.
+    ``"unresolved"``: one of these lies between the point before and this one, and was not located.
     """
 
     curve: Curve

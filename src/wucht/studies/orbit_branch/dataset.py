@@ -16,7 +16,7 @@ from wucht.studies.orbit_branch.single_orbits import ReportedOrbit
 if TYPE_CHECKING:
     import xarray as xr
 
-_PRODUCT = 1e-3  # of ln of the multipliers' product: what it may be wrong by
+_PRODUCT = 0.1  # of ln of the multipliers' product: what it may be wrong by before it is noted
 _MOST_LOST = 4  # sentences on what was not found
 _ENDS = {
     "saddle-node-on-orbit": "a saddle-node on the orbit", "saddle-connection": "a saddle connection", "hopf": "a Hopf point",
@@ -182,11 +182,12 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         lines.append(f"so are {len(findings.lost) - _MOST_LOST} more")
     if plan.without and findings.branches and not plan.without.startswith("equilibria"):
         lines.append(plan.without)
-    wrong = np.concatenate([np.empty(0), *(b.joined("product_error") for b in findings.branches)])
+    known = [(b.joined("product_error"), b.joined("trusted")) for b in findings.branches]
+    wrong = np.concatenate([np.empty(0), *(error[trusted] for error, trusted in known)])
     if (wrong > _PRODUCT).any():
         lines.append(
-            f"of {(wrong > _PRODUCT).sum()} orbits the multipliers' product is wrong by a factor of up to e^{wrong.max():.3g}: "
-            "the disturbances that decay fastest are not known there"
+            f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are not known: the product of the multipliers is not what "
+            "the divergence of the equations demands"
         )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
