@@ -186,8 +186,8 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
     wrong = np.concatenate([np.empty(0), *(error[trusted] for error, trusted in known)])
     if (wrong > _PRODUCT).any():
         lines.append(
-            f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are not known: the product of the multipliers is not what "
-            "the divergence of the equations demands"
+            f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are not known: the product of the multipliers is not "
+            "what the divergence of the equations demands"
         )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
