@@ -104,6 +104,10 @@ class Solutions:
             raise WuchtError(
                 f"a solution is found near samples of {form}; given: {given.shape} at {len(at)}, {len(parameters)}"
             )
+        if not (
+            np.isfinite(at).all() and np.isfinite(given).all() and np.isfinite(parameters).all() and (np.diff(at) > 0).all()
+        ):
+            raise WuchtError("samples of a solution and its parameters are finite numbers, and their places increase")
         mesh, y = sampled(at, given, problem.sizes[: problem.n], problem.mesh.degree)
         curve = Curve(replace(problem, mesh=mesh), {k - q: each for k, each in enumerate(self.bounds)}, self.steps)
         return Solution(*solved_near(curve, np.concatenate([y.ravel(), parameters])))
