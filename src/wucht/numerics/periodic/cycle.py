@@ -108,6 +108,11 @@ class Cycle(Orbit):
         return critical_pair(values) if self.kind == TORUS else []
 
     @property
+    def past_one(self) -> float:
+        """Of one sign while no multiplier passes 1: the product of (mu - 1)/(1 + |mu|)."""
+        return _product(self.logarithms)
+
+    @property
     def trusted(self) -> bool:
         """Whether the multipliers are known: near a connection of saddles they grow until even the trivial one is lost.
 
@@ -174,7 +179,7 @@ def _on_circle(cycle: Cycle) -> float:
 
 def _plus_one(cycle: Cycle) -> float:
     """Passes zero where a second multiplier is 1 and the branch does not turn: where another branch crosses it."""
-    return _product(cycle.logarithms) * _along_parameter(cycle)
+    return cycle.past_one * _along_parameter(cycle)
 
 
 def has_pair_on_circle(cycle: Cycle) -> bool:

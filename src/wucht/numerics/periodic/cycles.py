@@ -46,6 +46,7 @@ _LOCATING = 1e-9  # accuracy, when they are
 _ROUNDING = 1e-9  # a test function that is smaller says nothing
 _STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: it does not change but for rounding
 _STANDS = 1e-7  # of the parameter's share in the tangent, on any mesh: below it its sign says nothing on its own
+_BESIDE = 0.05  # of a test function at one neighbour: what it is at the other, at most, if that may be the special orbit itself
 _NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
 _ASIDE = (0.05, 0.1, 0.2, 0.4)  # of the way between two neighbours: so far from where a branch point seems to be
 _LONGER = 4  # times the least period: a branch on which only the period still changes, then
@@ -166,8 +167,9 @@ class Cycles:
                     if value * valued < 0 and abs(valued) > _ROUNDING and before.trusted:
                         passed[kind] = before
                     last[kind] = there, value
-            if {FOLD, BRANCH_POINT} <= passed.keys() and self._stands_still(here, there):
-                del passed[FOLD], passed[BRANCH_POINT]
+            turned = passed.get(FOLD)
+            if turned and self._stands_still(turned, there) and turned.past_one * there.past_one > 0:
+                passed = {kind: before for kind, before in passed.items() if kind not in (FOLD, BRANCH_POINT)}
             special = [c for kind, before in passed.items() for c in self._between(curve, before, there, kind)]
             values = [c.parameter for c in (here, there, *special)]  # a fold may lie beyond both
             for c in sorted(special, key=lambda c: c.point.length):
@@ -180,7 +182,7 @@ class Cycles:
         return walk.end
 
     def _stands_still(self, *neighbours: Cycle) -> bool:
-        """Whether the parameter does not change but for errors: their sign makes a fold of what no multiplier passes."""
+        """Whether the parameter does not change but for errors, whose sign makes a fold where no multiplier passes 1."""
         return all(abs(c.point.tangent[-1]) < _STANDS * self.equations.scale[-1] for c in neighbours)
 
     def _between(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> list[Cycle]:
@@ -196,12 +198,13 @@ class Cycles:
         seen, test = partial(self.seen, fine, near=here.basis), TESTS[kind]
         if kind in (FOLD, BRANCH_POINT) and np.abs(moved).min() < _STILL:
             return []
-        if not (values := [test(seen(p)) for p in (first, last)])[0] * values[1] < 0:  # on the better mesh nothing is passed
-            return []
+        begin, end = (test(seen(p)) for p in (first, last))
+        if begin * end > 0 and min(abs(begin), abs(end)) > _BESIDE * max(abs(begin), abs(end)):
+            return []  # on the better mesh nothing is passed
         if kind == BRANCH_POINT:
-            special = self._branch_point(fine, first, last, values[0] / (values[0] - values[1]), seen)
+            special = self._branch_point(fine, first, last, abs(begin) / (abs(begin) + abs(end)), seen)
         else:
-            special = located(fine, first, last, seen, test)
+            special = located(fine, first, last, seen, test) if begin * end < 0 else None
         if special is None:
             return [replace(there, kind=UNRESOLVED, hidden=Hidden(kind, (here.parameter, there.parameter)))]
         return [] if kind == TORUS and not has_pair_on_circle(special) else [replace(special, kind=kind)]
