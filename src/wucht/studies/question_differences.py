@@ -6,6 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 
+def untitled(question: Any) -> Any:
+    """A question without the titles of its subjects, which no answer depends on."""
+    if isinstance(question, Mapping):
+        return {key: untitled(value) for key, value in question.items() if key != "title"}
+    return [untitled(each) for each in question] if isinstance(question, list) else question
+
+
 def differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
     """In which keys two questions differ, and how. ``contents`` is the hash of a table's file."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
@@ -19,6 +26,8 @@ def differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
             differing |= differences(before.get(key), now.get(key), inner)
         return differing
     name = path.removesuffix(".")
+    if name == "structure" and before != now:
+        return {name: "the parts, curves, schedules or equations of the subject have changed"}
     return {} if before == now else {name: f"{name} was {_brief(before)}, now {_brief(now)}"}
 
 

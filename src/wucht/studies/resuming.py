@@ -8,15 +8,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError
-from wucht.results.store import load
+from wucht.results.store import load, to_json
 from wucht.studies.memory import questions_of
-from wucht.studies.question_differences import differences
+from wucht.studies.question_differences import differences, untitled
 from wucht.studies.spec import Spec
+from wucht.studies.subjects import subject_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_DIFFERENCES = 3
+
+
+def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
+    """What is asked of what, as JSON: two questions that are equal, but for titles, have the same answer.
+
+    Raises ``InputError`` where the question cannot be asked of the subject.
+    """
+    facts = subject_of(spec).describe(subject).facts
+    question: dict[str, Any] = json.loads(to_json({"study": spec.asked_of(subject), "machine": facts}))
+    return question
 
 
 def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
@@ -25,12 +36,13 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
     Raises ``InputError`` where the file, or the units of work beside it, are those of another question.
     """
     folder, result = file.parent, load(file) if file.exists() else None
-    kept = questions_of(folder) or ([json.loads(result.attrs["input"])] if result is not None else [])
+    answered = None if result is None else untitled(json.loads(result.attrs["input"]))
+    kept = questions_of(folder) or ([] if answered is None else [answered])
     if not kept:
         return None, []
     asked = question if question in kept else kept[0]
     if asked == question:
-        done = result is not None and result.attrs["finished"] and json.loads(result.attrs["input"]) == question
+        done = result is not None and result.attrs["finished"] and answered == question
         return (result if done else None), []
     before, now = asked["study"].get("kind"), spec.kind
     if before != now:
@@ -38,8 +50,6 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
     differing = differences(asked, question)
     if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
         return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
-    if len(differing) > 1:  # which speaks of the others
-        differing.pop("title", None)
     shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
     more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
     raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")

@@ -28,8 +28,9 @@ from wucht.studies.accessor import register
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
+from wucht.studies.question_differences import untitled
 from wucht.studies.registry import Study, studies, study_of
-from wucht.studies.resuming import earlier
+from wucht.studies.resuming import earlier, question_of
 from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description, subject_of
@@ -119,16 +120,16 @@ def _answered(
     plan = study.prepare(spec, subject)
     refuse_numbers(study.numbers(plan))
     solve = study.run  # loaded before units are read back, which are of its classes
-    question: dict[str, Any] = json.loads(to_json({"study": spec.asked_of(subject), "machine": subject_is.facts}))
-    memory, notes = Memory(), list[str]()
+    question = question_of(spec, subject)
+    memory, notes, asked = Memory(), list[str](), untitled(question)
     if folder is not None:
         folder = prepare_folder(folder, files)
         if resume:
-            finished, notes = earlier(folder / RESULT, spec, question)
+            finished, notes = earlier(folder / RESULT, spec, asked)
             if finished is not None:
                 return finished
-        resumed = resume and question in questions_of(folder)
-        memory = (Memory.resumed if resumed else Memory.begun)(folder, question)
+        resumed = resume and asked in questions_of(folder)
+        memory = (Memory.resumed if resumed else Memory.begun)(folder, asked)
 
     def result(findings: Any, finished: bool) -> xr.Dataset:
         made: xr.Dataset = study.dataset(plan, findings)

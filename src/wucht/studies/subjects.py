@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,8 +15,8 @@ from wucht.files.catalogue import ABOUT, described_equations, described_machine
 from wucht.files.documents import Document
 from wucht.files.own_equations import OwnEquations, equations_from
 from wucht.machines.machine import Machine
+from wucht.studies.fingerprints import fingerprint_of_machine, fingerprint_of_system
 from wucht.studies.spec import Spec
-from wucht.system import System
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ class OfMachine:
             raise InputError("machine", subject, "this study is asked of a machine")
         facts = {
             "title": subject.title,
-            "structure": _fingerprint(subject.system),
+            "structure": fingerprint_of_machine(subject),
             "parameters": subject.values,
             "bodies": [[b.name, b.kind, b.about] for b in subject.bodies],
         }
@@ -94,7 +92,7 @@ class OfMachineOrSystem:
             return MACHINE.describe(subject)
         if not isinstance(subject, OwnEquations):
             raise InputError("machine", subject, "this study is asked of a machine, or of wucht.OwnEquations")
-        facts = {"title": subject.title, "structure": _fingerprint(subject.system), "parameters": dict(subject.values)}
+        facts = {"title": subject.title, "structure": fingerprint_of_system(subject.system), "parameters": dict(subject.values)}
         return Description(subject.title, True, facts)
 
 
@@ -105,12 +103,6 @@ def equations_of(subject: Machine | OwnEquations) -> OwnEquations:
 
 def _own_values(machine: Machine) -> dict[str, float]:
     return {name: machine.values[name] for name in machine.system.parameter_names}
-
-
-@lru_cache(maxsize=64)
-def _fingerprint(system: System) -> str:
-    """Of a machine's equations, the same in every process."""
-    return hashlib.sha256(repr((system.states, system.definitions, system.derivatives)).encode()).hexdigest()[:16]
 
 
 MACHINE = OfMachine()
