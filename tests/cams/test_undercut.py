@@ -110,6 +110,7 @@ def test_where_it_is_cut_the_contour_meets_itself():
     assert ends[0] == pytest.approx(ends[1, ::-1], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_ends_of_an_undercut_arc_are_cusps():
     """There the contour stands still, and between them it runs backwards."""
     cam = levered(0.0695)

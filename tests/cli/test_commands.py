@@ -176,6 +176,7 @@ def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
     assert wucht("plot", "M\u00fchle 1/Ergebnis 1/result.nc").code == 0
 
 
+@pytest.mark.slow
 def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
     Path("drozdetskaya-2020/table-3.1-carrier").mkdir(parents=True)
     assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100", "--json").code == 0
@@ -455,6 +456,7 @@ def test_a_run_that_fails_says_when_where_and_what_to_do(wucht: Command, study: 
 SIGNATURES = {"png": b"\x89PNG\r\n\x1a\n", "pdf": b"%PDF-", "svg": b"<?xml"}
 
 
+@pytest.mark.slow
 def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path) -> None:
     assert wucht("run", study(), "-o", "out", "--json").code == 0
     Path("elsewhere").mkdir()

@@ -131,6 +131,7 @@ def test_resume_where_nothing_is_begins(wucht: Command, study: Study) -> None:
     assert _load("out/result.nc").time.values[-1] == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_resume_of_a_finished_run_is_that_run(wucht: Command, study: Study) -> None:
     first = wucht("run", study(), "-o", "out", "--json").document
     again = wucht("run", study(), "-o", "out", "--json", "--resume").document

@@ -257,6 +257,7 @@ ENTRIES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize("name", ENTRIES)
 @pytest.mark.parametrize("kind", KINDS)

@@ -120,6 +120,7 @@ def test_bratu_by_closed_form(names: Mapping[str, Any]) -> None:
     assert fold.parameters[0] == pytest.approx(8 * (quarter / math.cosh(quarter)) ** 2, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_circuit_by_its_eigenvalues(names: Mapping[str, Any]) -> None:
     """More of it, by shooting: tests/numerics/periodic/test_connection_curves.py."""
     focus, neutral = names["met"]

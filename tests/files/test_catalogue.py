@@ -110,6 +110,7 @@ def test_wrong_settings_are_refused(path, value, sentence):
         load_machine("drozdetskaya-2020/table-5.1", {path: value})
 
 
+@pytest.mark.slow
 def test_a_long_chain_of_files_that_use_each_other(here):
     """Far beyond what Python calls within a call: the values that are set nearest hold, and the nearest title,
     with what is set beyond it."""

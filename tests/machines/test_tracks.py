@@ -161,6 +161,7 @@ def test_nothing_tunnels(case):
     assert (np.diff(rows["dissipated_work"]) > -1e-12).all()
 
 
+@pytest.mark.slow
 def test_a_long_run():
     """Three balls for twenty seconds, six hundred turns, under gravity."""
     machine, rows = moved(grinder(3, 9.81), spread(3), np.linspace(0, 20.0, 8001))

@@ -84,6 +84,7 @@ def test_eigenvalues_tend_to_the_averaged_ones_in_the_order_of_epsilon() -> None
     assert orders == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_where_compensation_is_lost_over_the_no_load_speed() -> None:
     """Hopf points at u = 2: averaged (4.60)-(4.62) at lambda = 0.99021, full above; the difference is of order epsilon."""
     differences = []

@@ -112,6 +112,7 @@ def test_all_points_of_types_ii_and_iii_are_those_of_the_closed_forms(name: str,
     assert u == pytest.approx(expected, rel=1e-9, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_figure_5_2_at_u_1() -> None:
     """Type II at u = 1: a stable node and a saddle, eigenvalues per unit of phi."""
     s = answer("5.2", u=1.0)
@@ -124,6 +125,7 @@ def test_figure_5_2_at_u_1() -> None:
     assert per_phi == pytest.approx([-0.16462, -0.016217, -0.003762], rel=2e-4)
 
 
+@pytest.mark.slow
 def test_figure_5_2_at_u_2_type_i() -> None:
     (own,) = [x for x in answer("5.2", u=2.0)["states"] if x["type"] == "I"]
     assert own["speed"] == pytest.approx(2.0, rel=1e-12) and own["amplitude"] == 0

@@ -138,6 +138,7 @@ def test_ab_hopf_curve() -> None:
     assert_hopf_points(AB, curve)
 
 
+@pytest.mark.slow
 def test_zero_hopf_and_generalised_hopf_on_one_curve() -> None:
     """x' = p + x^2 + |z|^2, z' = (q + i 2 + x + x^2) z: Hopf at p = -x^2, q = -x - x^2.
 

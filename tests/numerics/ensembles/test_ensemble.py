@@ -324,6 +324,7 @@ def test_threads_stay_for_the_next_ensemble() -> None:
     assert set(threading.enumerate()) == known
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_memory_does_not_grow_with_the_count() -> None:
     """20,000 members, made tile by tile and let go: few tiles live at once, and less memory than a third of all samples."""

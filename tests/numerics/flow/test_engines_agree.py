@@ -29,6 +29,7 @@ def two_rollers_on_an_anisotropic_carrier_under_gravity():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("machine", "start", "until"),
     [

@@ -177,7 +177,7 @@ def test_the_only_multiplier_of_a_plane_is_known_however_small() -> None:
     assert (values[periods < 40] < 0).all()
 
 
-@pytest.mark.parametrize("longest", [50.0, 200.0])
+@pytest.mark.parametrize("longest", [50.0, pytest.param(200.0, marks=pytest.mark.slow)])
 def test_a_saddle_connection_is_recognised_where_the_law_of_the_period_is_not(longest: float) -> None:
     points, end = tank(longest)
     assert end.kind == "saddle-connection"

@@ -303,6 +303,7 @@ def test_a_face_leaves_what_lies_behind_it_at_all_angles() -> None:
     assert "the face cuts the cam away from 22.09° to 72.89° and from 287.1° to 337.9°" in s["sentence"]
 
 
+@pytest.mark.slow
 def test_no_limit_is_none(circle: xr.Dataset) -> None:
     """A convex cam can be ground with any wheel; a roller on the outer flank of its groove may have any radius."""
     assert circle.wucht.summary["cams"]["cam"]["largest_wheel"] is None
@@ -359,6 +360,7 @@ def test_without_contact_there_is_no_torque() -> None:
     assert torque[touches] == pytest.approx((by_law * partly.follower_velocity.values)[touches])
 
 
+@pytest.mark.slow
 def test_rounding_and_common_limits_are_warned_of(circle: xr.Dataset) -> None:
     coarse = answered(given.SMOOTH, given.FOLLOWER, decimals=3).wucht.warnings
     assert len(coarse) == 1
@@ -422,8 +424,9 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
         (LEVER, {"permitted": {"pressure_angle": "95 deg"}}, "study.permitted.pressure_angle: given '95 deg'; must be at most"),
         (LEVER, {"permitted": {"shaft_radius": "-1 mm"}}, "study.permitted.shaft_radius: given '-1 mm'; must be a radius"),
         ((given.FIVE, given.FOLLOWER), {"wheel_radius": "1 m"}, "study.wheel_radius: given '1000 mm'; the cam is too hollow"),
-        ((given.FIVE, given.FOLLOWER | {"counter": given.COUNTER | {"roller_radius": 0.06}}), {},
-         "follower.counter.roller_radius: given '60 mm'; the roller would cut the contour away at a cam angle of 134.7 deg"),
+        pytest.param((given.FIVE, given.FOLLOWER | {"counter": given.COUNTER | {"roller_radius": 0.06}}), {},
+         "follower.counter.roller_radius: given '60 mm'; the roller would cut the contour away at a cam angle of 134.7 deg",
+         marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: str) -> None:

@@ -233,6 +233,7 @@ def test_few_points_are_told():
     assert "Chords" not in enough.attrs["warnings"]
 
 
+@pytest.mark.slow
 def test_an_original_contour_that_is_cut_away_is_told():
     """Where the original one is bent most, the shaft is fast: the corrected one has more room there."""
     follower = {"kind": "translating-roller", "distance": 0.05, "roller_radius": 0.0485}

@@ -57,6 +57,7 @@ def found_by_search(of: np.ndarray, wanted: float) -> tuple[float, int]:
     return found, len(known) - begun
 
 
+@pytest.mark.slow
 def test_it_errs_no_more_often_than_one_bound_does() -> None:
     """P(u1 + u2 < 2 x) is known; of 100 values found 2.5 may be too small, and they are near."""
     wanted = 0.8

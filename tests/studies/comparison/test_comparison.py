@@ -166,6 +166,7 @@ def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monke
         assert one.drop_attrs(deep=False).equals(fresh.drop_attrs(deep=False))
 
 
+@pytest.mark.slow
 def test_different_studies_and_units(study: Study) -> None:
     """Curves of each kind in a panel of their own, numbers that only one of them has."""
     kinds = {"study.kind": ["torque-balance", "run-up"]}
@@ -179,6 +180,7 @@ def test_different_studies_and_units(study: Study) -> None:
     assert len(package.draw(mixed).axes) == 4
 
 
+@pytest.mark.slow
 def test_figures_of_what_is_no_number(study: Study) -> None:
     """Pairs and words stand below the panels, answers that are neither curves nor numbers are written; in a column, too."""
     pairs = package.compare([study()], SHORT, {"carrier.stiffness": [[1e5, 1e5], [1e5, 2e5]], "p1.mass": [0.1, 0.2]})

@@ -260,6 +260,7 @@ def test_the_summary_has_the_keys_of_the_contract() -> None:
     assert s["range"][0] < s["existence_band"][0] < s["existence_band"][1] < s["range"][1]
 
 
+@pytest.mark.slow
 def test_a_long_run_up_is_waited_for() -> None:
     """A heavy rotor needs 200 s to reach the frequency: after the first look, at 210 s, it would not count as entrained."""
     heavy = bild_2().with_values({"rotor.inertia": 1e-3, "carrier.motion.amplitude": 4e-3, "drive.no_load_speed": 6.6})

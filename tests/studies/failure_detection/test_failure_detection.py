@@ -160,6 +160,7 @@ def test_the_horizon_grows_until_it_is_known_when_it_is_seen():
     assert not any("never" in line or "not within" in line for line in lines)
 
 
+@pytest.mark.slow
 def test_a_failure_that_the_chart_does_not_see():
     """A ten-thousandth of the stiffness: the next alarm is a false one."""
     unseen = exciter((0.0, WHOLE), (40.0, 0.9999 * WHOLE)).with_values({"drive.slope": 0.000975})

@@ -148,6 +148,7 @@ def test_two_natural_frequencies(study: Study) -> None:
     assert sorted(dotted)[-2:] == pytest.approx([math.sqrt(1e5 / 10.25), math.sqrt(2e5 / 10.25)])
 
 
+@pytest.mark.slow
 def test_ten_bodies_stand_in_the_legend(balanced: xr.Dataset) -> None:
     names = ["drum", *(f"b{k}" for k in range(1, 11))]
     rows = np.arange(11) % 3
@@ -162,7 +163,7 @@ def test_ten_bodies_stand_in_the_legend(balanced: xr.Dataset) -> None:
         figure_checks.check(figure)
 
 
-@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.parametrize("ending", ["png", "svg", pytest.param("pdf", marks=pytest.mark.slow)])
 @pytest.mark.filterwarnings("error")
 def test_every_format(balanced: xr.Dataset, ending: str) -> None:
     file = io.BytesIO()
@@ -212,6 +213,7 @@ def test_any_title_can_be_drawn(balanced: xr.Dataset, title: str, tmp_path: Path
     assert drawn.rstrip().endswith("</svg>")
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_the_shortest_runs_can_be_drawn(study: Study) -> None:
     machine = load_machine(str(study()))

@@ -291,6 +291,7 @@ def test_of_the_grinders_compensating_states_a_few_are_unstable_at_any_speed() -
     assert any(line.startswith("  partly") and "of the family's members are stable" in line for line in report(r))
 
 
+@pytest.mark.slow
 def test_how_completeness_is_shown_is_told_for_all_searches() -> None:
     """The speeds that are searched grow with the no-load speed: 0.1 % to 102 % of it, at the last value searched."""
     s = summary(load_machine("drozdetskaya-2020/r1"), along="drive.no_load_speed", range=[20.0, 400.0], points=1)

@@ -204,6 +204,7 @@ def two_pairs() -> Any:
     return run(StabilityMap(**plane, cells=3, orbits=False, ranges={"x": [-4.0, 4.0]}), PAIRS)
 
 
+@pytest.mark.slow
 def test_curves_of_folds_that_cross() -> None:
     """And where Newton's method does not find the place, that is said."""
     (mark,) = summary_of(two_pairs())["points"]

@@ -81,6 +81,7 @@ def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset
     assert late > expected[OMEGA_1] + 0.2
 
 
+@pytest.mark.slow
 def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
     question = Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.01, direction="up", jump_tolerance=1e-5)
     (jump,) = summary_of(run(question, machine))["jumps"]
@@ -216,6 +217,7 @@ def test_broken_off_again_and_again(machine: Machine, there_and_back: tuple[Swee
     assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
 
 
+@pytest.mark.slow
 def test_legs_that_were_made_are_not_made_again(
     machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
 ) -> None:
@@ -231,6 +233,7 @@ def test_legs_that_were_made_are_not_made_again(
     assert set(seen) == {"jump 1 of 1 at most", ""}, "it looks for the last jump once more"
 
 
+@pytest.mark.slow
 def test_a_finished_sweep_is_not_made_again(
     machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
 ) -> None:

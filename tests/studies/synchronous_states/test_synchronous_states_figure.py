@@ -108,6 +108,7 @@ def test_the_map(rollers: xr.Dataset) -> None:
     assert [float(marked[0].get_xdata()[0]), float(marked[0].get_ydata()[0])] == pytest.approx([80.0, 2.0])  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_each_combination_of_stable_states_has_a_colour_of_its_own(rollers: xr.Dataset) -> None:
     """Nine states, and each two neighbours together: more than there are colours chosen by hand."""
     names = [f"state {k}" for k in range(9)]

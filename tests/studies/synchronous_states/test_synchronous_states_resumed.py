@@ -112,6 +112,7 @@ def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
     assert any("not computed yet" in line for line in report(result))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_tiles")
 def test_a_map_that_is_not_complete_says_so(tmp_path: Path) -> None:
     """Its lower rows are those of the whole map, and can be drawn."""

@@ -71,6 +71,7 @@ def test_every_format_of_the_torque_balance_figure(balance: xr.Dataset, ending: 
     assert file.getbuffer().nbytes > 5000
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_torque_balance_without_vibration_or_points_can_be_drawn() -> None:
     m = machine_from({"carrier": CARRIER, "bodies": [ROTOR | {"eccentricity": 0.0}], "drive": LINEAR})
