@@ -198,3 +198,21 @@ def test_electrical_units(si, given, value):
 def test_another_dimension_is_named(si, given, message):
     with pytest.raises(ValueError, match=message):
         Unit(si, "quantity").parse(given)
+
+
+@pytest.mark.parametrize(
+    ("given", "si"),
+    [
+        ("1 kg^9^9^9^9", "kg"), ("1 kg**9**9**9", "kg"), ("1 kg^999999999", "kg"), ("1 N", "N^9^9^9^9"), ("1 N", "9**9**9"),
+        ("1 kg^(9^9^9)", "kg"), ("1 " + "kg " * 1000, "kg"), ("1 kg^9.9^9.9^9", "kg"),
+    ],
+)  # fmt: skip
+def test_powers_of_powers_are_refused_and_never_computed(given, si):
+    """Pint would compute 9^9^9^9."""
+    with pytest.raises(ValueError, match="is no known unit: a power in a unit is a number below 100"):
+        Unit(si, "mass").parse(given)
+
+
+@pytest.mark.parametrize(("given", "value"), [("2 kg^1 m^2 m^-2", 2.0), ("3 kg^(1.0)", 3.0), ("4 g**1", 0.004)])
+def test_other_powers_are_read(given, value):
+    assert Unit("kg", "mass").parse(given) == pytest.approx(value)

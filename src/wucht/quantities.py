@@ -67,6 +67,10 @@ _PRODUCT = re.compile(r"\s*[*·⋅]\s*|(?<=\w)\.(?=[^\W\d_])")
 _POWER = re.compile(r"(?<=[^\W\d_])([234])(?!\w)")
 _TO = r"(?:\^?[234])?"
 _TOGETHER = re.compile(rf"\b(?:([kmM]?N)(?=[a-z])([cm]?m{_TO})?(s{_TO})?|([km]?g|t)([cm]?m{_TO}))(?!\w)")
+# Pint computes powers of powers, however long that takes.
+_POWER_SIGN = re.compile(r"\^|\*\*")
+_PLAIN_POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d{1,3})?\s*\)?(?!\s*(?:\^|\*\*|[\d.]))")
+_LONGEST = 60  # characters of a unit
 _DEGREE = re.compile(r"\b[Gg]rad\b|°(?!C)")
 _OHM = re.compile(r"\b([mkM]?)Ohm\b")
 
@@ -110,6 +114,9 @@ def _factor(unit: str, si: str, allowed: str) -> float:
         return 1.0
     if (plain, si) in COMMON:
         return COMMON[plain, si]
+    for each in (unit, si):
+        if len(_POWER_SIGN.findall(each)) != len(_PLAIN_POWER.findall(each)) or len(each) > _LONGEST:
+            raise ValueError(f"{allowed}; {each[:_LONGEST]!r} is no known unit: a power in a unit is a number below 100")
     import pint as pint_
 
     try:
