@@ -12,7 +12,8 @@ import pytest
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
-    "errors", "disk_cache", "quantities", "piecewise", "system", "checking", "fields", "keys", "results", "numerics", "fatigue",
+    "errors", "disk_cache", "file_names", "quantities", "piecewise", "system", "checking", "fields", "keys", "results",
+    "numerics", "fatigue",
     "mechanics", "machines", "files", "analysis", "measurements", "cams", "studies", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}

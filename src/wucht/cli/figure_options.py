@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from wucht.file_names import safe_name
 from wucht.results.page import JOURNAL, PAGES, PRINT
 
 if TYPE_CHECKING:
@@ -54,5 +55,5 @@ def write_figure(
     from wucht.results.store import save_figure
     from wucht.studies.runner import draw
 
-    figure, name = draw(result, PAGES[style.value]), result.attrs["study"]
+    figure, name = draw(result, PAGES[style.value]), safe_name(str(result.attrs["study"]))
     return [save_figure(figure, folder / f"{name}.{ending.value}") for ending in formats_of(formats)]

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
+from wucht.file_names import safe_name
 from wucht.files.building import MACHINE_KEYS, machine_from
 from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
@@ -33,7 +34,9 @@ def names() -> list[str]:
 def short_name(path: Path) -> Path:
     """What a file is called where it is not needed where it lies: its catalogue name, else its own without the ending."""
     own = path.resolve()
-    return own.relative_to(FOLDER).with_suffix("") if own.is_relative_to(FOLDER) else Path(path.name.removesuffix(".toml"))
+    if own.is_relative_to(FOLDER):
+        return own.relative_to(FOLDER).with_suffix("")
+    return Path(safe_name(path.name.removesuffix(".toml")))
 
 
 def locate(name: str, beside: Path | None = None) -> Path:

@@ -14,26 +14,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.file_names import safe_name
 from wucht.results.store import replacing
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _TEXT = "OSU"  # kinds of NumPy
+_FORMULA = ("=", "+", "@", "-", "\t", "\r")  # with which a spreadsheet lets formulas begin
 
 
 def save_csv(result: xr.Dataset, folder: Path) -> list[Path]:
     """Write a Dataset as CSV files ``STUDY-DIMENSIONS.csv`` beside its NetCDF.
 
-    The first line has names and units, as in ``time [s],speed drum [rad/s]``; what is not a number is left empty. Returns the
-    files. Raises ``RunError`` where they cannot be written.
+    The first line has names and units, as in ``time [s],speed drum [rad/s]``; what is not a number is left empty, and text that
+    a spreadsheet would take for a formula has a quotation mark before it. Returns the files. Raises ``RunError`` where they
+    cannot be written.
     """
     tables: dict[tuple[str, ...], list[str]] = {}
     for name in [*result.data_vars, *(c for c in result.coords if not _is_scale(result, str(c)))]:
         tables.setdefault(_rows(result, tuple(map(str, result[name].dims))), []).append(str(name))
     written = []
     for rows, names in sorted(tables.items(), key=lambda item: len(item[0]) == 0):
-        path = folder / f"{'-'.join([result.attrs['study'], *(rows or ('numbers',))])}.csv"
+        path = folder / f"{safe_name('-'.join([str(result.attrs['study']), *(rows or ('numbers',))]))}.csv"
         lines = _table(result, rows, names) if rows else _numbers(result, names)
         written.append(replacing(path, lambda beside, lines=lines: _write(beside, lines)))  # type: ignore[misc]
     return written
@@ -105,4 +108,15 @@ def _written(values: np.ndarray) -> list[Any]:
 
 def _write(path: Path, lines: list[list[Any]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows(lines)
+        csv.writer(file, lineterminator="\n").writerows([_as_text(cell) for cell in line] for line in lines)
+
+
+def _as_text(cell: Any) -> Any:
+    """A cell that a spreadsheet does not take for a formula: text that begins like one has a quotation mark before it."""
+    if not isinstance(cell, str) or not cell.startswith(_FORMULA):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
