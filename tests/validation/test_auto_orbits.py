@@ -56,7 +56,7 @@ def test_lorenz_orbits_from_the_hopf_point_to_the_homoclinic_one() -> None:
     walk = cycles.walk(cycle_at_hopf(cycles, begin))
     points = list(walk)
     assert [p.kind for p in points if p.kind] == []
-    assert walk.end == "the period grows without bound as rho approaches 13.9266"
+    assert walk.end.endswith("while rho stays near 13.9266")
     assert points[-1].parameter == pytest.approx(13.926557, abs=5e-7)
     cycle = at(cycles, points, 20.0)
     assert cycle.period == pytest.approx(0.87655225349, rel=1e-10)
@@ -229,7 +229,7 @@ def test_dissertation_the_orbit_lives_between_both_folds() -> None:
     up = at(further, list(points), 5.0)
     walk = further.walk(up if up.point.tangent[-1] > 0 else further.backwards(up))
     list(walk)
-    assert walk.end == "the period grows without bound as u approaches 5.86891"
+    assert walk.end.endswith("while u stays near 5.86891")
 
 
 @pytest.mark.slow

@@ -46,6 +46,7 @@ _LOCATING = 1e-9  # accuracy, when they are
 _ROUNDING = 1e-9  # a test function that is smaller says nothing
 _STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: it does not change but for rounding
 _STANDS = 1e-7  # of the parameter's share in the tangent, on any mesh: below it its sign says nothing on its own
+_FAR = 10.0  # of ln mu: what is farther off at both neighbours passes no point of the unit circle between them
 _BESIDE = 0.05  # of a test function at one neighbour: what it is at the other, at most, if that may be the special orbit itself
 _NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
 _ASIDE = (0.05, 0.1, 0.2, 0.4)  # of the way between two neighbours: so far from where a branch point seems to be
@@ -206,6 +207,8 @@ class Cycles:
         else:
             special = located(fine, first, last, seen, test) if begin * end < 0 else None
         if special is None:
+            if min(np.abs(c.logarithms.real).min() for c in (here, there)) > _FAR:
+                return []  # no multiplier is near the unit circle: one that is huge has lost its sign
             return [replace(there, kind=UNRESOLVED, hidden=Hidden(kind, (here.parameter, there.parameter)))]
         return [] if kind == TORUS and not has_pair_on_circle(special) else [replace(special, kind=kind)]
 
