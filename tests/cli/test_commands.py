@@ -143,6 +143,7 @@ def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command
     assert json.loads(Path("out/summary.json").read_text("utf-8")) == response
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_second_run_into_one_folder_is_refused(wucht: Command, study: Study) -> None:
     file, claim = study(), claimed(Path("out"))
     with ThreadPoolExecutor(1) as other:
@@ -167,6 +168,7 @@ def test_folders_are_made_and_results_replaced(wucht: Command, study: Study) -> 
     assert sorted(p.name for p in Path("a/b/c").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
     Path("M\u00fchle 1").mkdir()
     file = study('"A drum with two pendulums"', '"M\u00fchle \u2713"', name="M\u00fchle 1/l\u00e4uft nicht.toml")
@@ -177,6 +179,7 @@ def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unpainted")
 def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
     Path("drozdetskaya-2020/table-3.1-carrier").mkdir(parents=True)
     assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100", "--json").code == 0
@@ -457,6 +460,7 @@ SIGNATURES = {"png": b"\x89PNG\r\n\x1a\n", "pdf": b"%PDF-", "svg": b"<?xml"}
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unpainted")
 def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path) -> None:
     assert wucht("run", study(), "-o", "out", "--json").code == 0
     Path("elsewhere").mkdir()

@@ -55,6 +55,7 @@ def signal_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
         signal.signal(number, handler)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(3)
     completed = wucht("run", study(*MINUTES), "-o", "out", "--json")
@@ -97,6 +98,7 @@ QUESTIONS = {
 
 
 # A given time and a number of turns are resumed as what must settle is, which also looks for its end.
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(
     "question",
     [pytest.param(q, id=name, marks=pytest.mark.slow if name in ("until", "turns") else ()) for name, q in QUESTIONS.items()],
@@ -132,6 +134,7 @@ def test_resume_where_nothing_is_begins(wucht: Command, study: Study) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unpainted")
 def test_resume_of_a_finished_run_is_that_run(wucht: Command, study: Study) -> None:
     first = wucht("run", study(), "-o", "out", "--json").document
     again = wucht("run", study(), "-o", "out", "--json", "--resume").document
@@ -151,6 +154,7 @@ def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
         assert completed.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(
     "kind",
     ["torque-balance", *(pytest.param(k, marks=pytest.mark.slow) for k in ("response", "synchronous-states", "approximation"))],
@@ -192,6 +196,7 @@ def test_resume_refuses_another_run(
     assert Path("out/result.nc").read_bytes() == before
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_writing_that_is_cut_off_leaves_the_earlier_result(
     wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -213,6 +213,7 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: C
     assert wucht("plot", "out/result.nc").code == 0
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_ctrl_c_in_the_first_of_many_runs(wucht: Command, here: Path, interrupted: Callable[..., None]) -> None:
     wucht("new", "run-up", "my.toml")
     settings = [word for setting in LONG["many"] for word in ("--set", setting)]

@@ -30,6 +30,7 @@ def test_run_a_coast_down(wucht: Command) -> None:
     assert "still turns" in done.out
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_ctrl_c_leaves_a_valid_result_that_is_resumed(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = iter(range(1, 10**9))
 

@@ -184,6 +184,14 @@ def there_and_back(machine: Machine) -> tuple[Sweep, xr.Dataset, int]:
     return question, result, len(calls)
 
 
+@pytest.fixture(scope="module")
+def finished(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of that sweep, which is at its end."""
+    folder = tmp_path_factory.mktemp("finished")
+    run(there_and_back[0], machine, folder=folder)
+    return folder
+
+
 def assert_the_same(result: xr.Dataset, expected: xr.Dataset) -> None:
     assert result.equals(expected)
     assert result.attrs["summary"] == expected.attrs["summary"]
@@ -235,22 +243,18 @@ def test_legs_that_were_made_are_not_made_again(
 
 @pytest.mark.slow
 def test_a_finished_sweep_is_not_made_again(
-    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
+    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], finished: Path
 ) -> None:
     question, whole, _ = there_and_back
-    run(question, machine, folder=tmp_path)
     seen: list[float] = []
-    again = run(question, machine, folder=tmp_path, resume=True, progress=lambda share, _: seen.append(share))
+    again = run(question, machine, folder=finished, resume=True, progress=lambda share, _: seen.append(share))
     assert seen == []
     assert_the_same(again, whole)
 
 
-def test_only_the_same_sweep_is_resumed(
-    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
-) -> None:
-    run(there_and_back[0], machine, folder=tmp_path)
+def test_only_the_same_sweep_is_resumed(machine: Machine, finished: Path) -> None:
     with pytest.raises(InputError, match=r"--resume: the result in .* answers another question: study.rate was 0.02, now 0.03"):
-        run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), machine, folder=tmp_path, resume=True)
+        run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), machine, folder=finished, resume=True)
 
 
 @pytest.mark.parametrize("call", [1, 30])
