@@ -112,6 +112,7 @@ def test_all_points_of_types_ii_and_iii_are_those_of_the_closed_forms(name: str,
     assert u == pytest.approx(expected, rel=1e-9, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_figure_5_2_at_u_1() -> None:
     """Type II at u = 1: a stable node and a saddle, eigenvalues per unit of phi."""
     s = answer("5.2", u=1.0)

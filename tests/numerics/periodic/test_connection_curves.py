@@ -174,6 +174,7 @@ def test_an_orbit_that_does_not_come_back_is_told() -> None:
         of_excursion(connections, np.zeros(3), [-0.5])
 
 
+@pytest.mark.slow
 def test_a_curve_that_winds_up_at_a_point() -> None:
     """With ga = -0.6, be and ga of the torus-type system, one half of the curve comes to where the orbit turns ever more.
 

@@ -51,7 +51,12 @@ def same(a: MemberOutcomes, b: MemberOutcomes) -> bool:
 
 
 @pytest.mark.parametrize(
-    ("model", "u"), [*(pytest.param("slow", u, marks=pytest.mark.slow) for u in (1.0, 2.5)), ("full", 1.0), ("full", 2.5)]
+    ("model", "u"),
+    [
+        *(pytest.param("slow", u, marks=pytest.mark.slow) for u in (1.0, 2.5)),
+        ("full", 1.0),
+        pytest.param("full", 2.5, marks=pytest.mark.slow),
+    ],
 )
 def test_outcomes_are_those_of_run_ups(model: str, u: float) -> None:
     machine, starts = pendulums(u), grid(3)
