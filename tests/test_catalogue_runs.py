@@ -203,7 +203,7 @@ def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
 # Like figure-5.7 and figure-5.9a, which are quick.
 LIKE_ANOTHER = tuple(
     f"drozdetskaya-2020/{n}"
-    for n in ("figure-5.6", "figure-a.3", "how-the-rotating-orbit-disappears", "figure-6.7a", "figure-6.7b")
+    for n in ("figure-5.6", "figure-5.9a", "figure-a.3", "how-the-rotating-orbit-disappears", "figure-6.7a", "figure-6.7b")
 )
 
 
@@ -222,7 +222,8 @@ def test_branches_of_orbits_give_their_numbers(name: str) -> None:
 # In tests/validation: curves over the speed, maps, bands and jumps; in tests/studies/phase_portrait: 5.5 and 5.8. Of the
 # comparisons 5.16 to 5.19 the last is quick.
 TESTED_ELSEWHERE_TOO = (
-    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.2", "5.3", "5.5", "5.8", "5.16", "5.17", "5.18", "a.1")),
+    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.2", "5.3", "5.5", "5.8", "5.16", "5.17", "5.18", "5.19", "a.1", "a.2")),
+    "kaltofen-cam/dwell-and-return",
     "drozdetskaya-2020/where-the-failure-is-seen-best",
     "sperling-rollers/stability-map",
     *tuple(f"sperling-vibration/{n}" for n in ("entrainment-band", "figure-5", "lock-limits")),

@@ -89,7 +89,7 @@ def ran(results: dict[str, xr.Dataset]):
 
 # The other numbers of balls of the grinder lie between those of 2, 6 and 10.
 LONG = (
-    "practice/angle-grinder", "practice/balls-at-resonance-thick-oil",
+    "practice/laundry-drum", "practice/angle-grinder", "practice/balls-at-resonance-thick-oil",
     "practice/balls-at-resonance", "practice/fan-ball-ring", "practice/fan-on-belt", "practice/grinder-4-balls",
     "practice/grinder-10-balls", "practice/grinder-6-balls",
     "practice/laundry-drum-friction", "practice/laundry-drum-tumbling", "practice/screen-loaded",

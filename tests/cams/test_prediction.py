@@ -164,9 +164,10 @@ def test_with_a_torque_it_is_what_integration_over_time_settles_to(ratio, torque
     assert found.fluctuation > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "torque"),
-    [(0.3, motor_and_fan), pytest.param(0.76, line(100.0), marks=pytest.mark.slow)],
+    [(0.3, motor_and_fan), (0.76, line(100.0))],
     ids=["motor and fan", "line"],
 )
 def test_the_cam_corrected_beforehand_runs_clean_in_integration_over_time(ratio, torque):

@@ -19,7 +19,7 @@ Study = Callable[..., Path]
 
 STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance", "entrainment", "approximation")
 # Their templates: long ones, and those that tests/studies runs too.
-LONG = ("approximation", "entrainment", "coast-down", "response", "torque-balance")
+LONG = ("approximation", "sweep", "entrainment", "coast-down", "response", "torque-balance")
 
 QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "response": {
@@ -250,7 +250,7 @@ def test_many_runs_go_on_where_they_were_interrupted(
 
 KINDS = ("response", "torque-balance")
 ENTRIES = (
-    "practice/laundry-drum",
+    pytest.param("practice/laundry-drum", marks=pytest.mark.slow),
     "practice/screen",
     "sperling-rollers/figure-8",
     "sperling-vibration/figure-7",

@@ -42,8 +42,19 @@ def test_every_system(name):
 
 # The same machines with more or fewer balls, or at another speed, which tests/test_practice_runs.py runs.
 VARIED = tuple(
-    f"practice/{n}" for n in ("balls-at-resonance-thick-oil", "grinder-10-balls", "grinder-6-balls", "laundry-drum-tumbling")
-)
+    f"practice/{n}"
+    for n in (
+        "angle-grinder", "balls-at-resonance", "balls-at-resonance-thick-oil", "fan-ball-ring", "grinder-10-balls",
+        "grinder-4-balls", "grinder-6-balls", "laundry-drum-tumbling",
+    )
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_a_machine_like_another_is_read(name):
+    machine = read_study(name).subject
+    assert read_toml(FOLDER / f"{name}.toml")["title"].startswith(machine.title)
+    assert machine.tracks
 
 
 @pytest.mark.parametrize(

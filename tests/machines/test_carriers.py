@@ -147,7 +147,7 @@ def test_one_direction():
         assert close(rows[name], theirs)
 
 
-@pytest.mark.parametrize("direction", ["x", "y"])
+@pytest.mark.parametrize("direction", [pytest.param("x", marks=pytest.mark.slow), "y"])
 def test_a_foundation_under_one_direction(direction):
     """M q'' + c (q - z) + b (q - z)' = excitation - M g, m_f z'' + c_f z + b_f z' = c (q - z) + b (q - z)' - m_f g."""
     foundation = {"direction": direction, "mass": 40.0, "stiffness": 3e4, "damping": 50.0}

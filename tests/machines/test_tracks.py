@@ -275,6 +275,7 @@ def test_tracks_that_cannot_be_are_refused(bodies, sentence):
         machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
 
 
+@pytest.mark.slow
 def test_as_many_as_fit():
     """31 balls of 0.2003 rad fill 6.2105 of 6.2832 rad."""
     bodies = [ball(f"b{i}") for i in range(31)]

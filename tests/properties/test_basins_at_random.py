@@ -15,7 +15,13 @@ from wucht.studies.initial_state import initial_state
 
 
 @pytest.mark.parametrize(
-    ("model", "u"), [("slow", 1.0), ("slow", 2.5), ("full", 2.5), pytest.param("full", 3.0, marks=pytest.mark.slow)]
+    ("model", "u"),
+    [
+        ("slow", 1.0),
+        pytest.param("slow", 2.5, marks=pytest.mark.slow),
+        ("full", 2.5),
+        pytest.param("full", 3.0, marks=pytest.mark.slow),
+    ],
 )
 def test_equal_pendulums_may_be_exchanged(model: Literal["full", "slow"], u: float) -> None:
     """(psi, delta) -> (psi + pi, 2 pi - delta)."""

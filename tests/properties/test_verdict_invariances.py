@@ -166,7 +166,7 @@ def test_each_machine_ends_as_it_was_made_to(case):
     assert case in ("entrained", "synchronised") or as_it_is(case)["settling_time"] > 0
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c == "captured" else c for c in CASES])
 def test_the_units_of_the_file_do_not_matter_for_the_verdict(case):
     assert_same(as_it_is(case), verdict(*in_workshop_units(*CASES[case])))
 

@@ -33,7 +33,7 @@ def drawn(page: Page, names: list[str], title: str = "title", **keys: Any) -> Fi
 
 
 @PAGES
-@pytest.mark.parametrize("count", [1, 4, 12])
+@pytest.mark.parametrize("count", [1, pytest.param(4, marks=pytest.mark.slow), 12])
 def test_whatever_is_named_stands_on_the_page_beside_all_else(page: Page, count: int) -> None:
     names = [f"a body with a rather long name, number {k}" if k % 2 else f"b{k}" for k in range(count)]
     figure = drawn(page, names)

@@ -284,7 +284,7 @@ def test_eigenvalues_of_the_averaged_equations() -> None:
 
 @pytest.mark.parametrize(
     ("u", "below", "above", "speed"),
-    [(1.8331080, 2, 0, 0.7758765), (5.8710372, 0, 2, 1.4926832)],  # u1*, u2*: cases
+    [(1.8331080, 2, 0, 0.7758765), pytest.param(5.8710372, 0, 2, 1.4926832, marks=pytest.mark.slow)],  # u1*, u2*: cases
 )
 def test_the_folds_of_type_ii(u: float, below: int, above: int, speed: float) -> None:
     for factor, count in ((1 - 1e-6, below), (1 + 1e-6, above)):

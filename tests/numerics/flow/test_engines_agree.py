@@ -34,7 +34,7 @@ def two_rollers_on_an_anisotropic_carrier_under_gravity():
     ("machine", "start", "until"),
     [
         (lambda: load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, 4.2),
-        (two_rollers_on_an_anisotropic_carrier_under_gravity, {"r1": 0.4, "r2": 2.5}, 3.2),
+        pytest.param(two_rollers_on_an_anisotropic_carrier_under_gravity, {"r1": 0.4, "r2": 2.5}, 3.2, marks=pytest.mark.slow),
         (lambda: load_machine("drozdetskaya-2020/table-5.1"), {"psi": 0.0, "delta": 0.5}, 420.0),
     ],
     ids=["R1", "rollers", "table 5.1"],

@@ -417,7 +417,8 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
         (SLIDES, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: a flat face has none"),
         (LEVER, {"chord_tolerance": 1e-16}, "study.chord_tolerance: given 1e-16; it needs more than 2000000 points"),
         ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {}, "follower.roller_radius: given '200 mm'; the roller"),
-        ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {"allow_undercut": True}, "follower.roller_radius: given '"),
+        pytest.param((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {"allow_undercut": True},
+                     "follower.roller_radius: given '", marks=pytest.mark.slow),
         ((given.MODIFIED_SINE, given.FLAT | {"distance": 1e-3}), {}, "follower.distance: given '1 mm'; the face would cut"),
         (LEVER, {"contact": {"inertia": 1, "stiffness": "30 N/m"}, "speed": 1},
          "study.contact.stiffness: given '30 N/m'; must be a torsional stiffness of a follower that turns, a number"),
@@ -425,8 +426,9 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
         (LEVER, {"permitted": {"shaft_radius": "-1 mm"}}, "study.permitted.shaft_radius: given '-1 mm'; must be a radius"),
         ((given.FIVE, given.FOLLOWER), {"wheel_radius": "1 m"}, "study.wheel_radius: given '1000 mm'; the cam is too hollow"),
         pytest.param((given.FIVE, given.FOLLOWER | {"counter": given.COUNTER | {"roller_radius": 0.06}}), {},
-         "follower.counter.roller_radius: given '60 mm'; the roller would cut the contour away at a cam angle of 134.7 deg",
-         marks=pytest.mark.slow),
+                     "follower.counter.roller_radius: given '60 mm'; the roller would cut the contour away at a cam angle of "
+                     "134.7 deg",
+                     marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: str) -> None:

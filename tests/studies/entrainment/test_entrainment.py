@@ -254,6 +254,7 @@ def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
 # The study
 
 
+@pytest.mark.slow
 def test_the_summary_has_the_keys_of_the_contract() -> None:
     s = summary(bild_2(), points=5, resolution=0.1)
     assert {"existence_band", "band_from_rest", "phase", "mean_speed", "window"} <= s.keys()

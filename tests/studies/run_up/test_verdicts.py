@@ -30,7 +30,7 @@ ALONE = {
 }
 
 
-@pytest.mark.parametrize("until", [None, 100.0])
+@pytest.mark.parametrize("until", [pytest.param(None, marks=pytest.mark.slow), 100.0])
 def test_rollers_in_thin_oil_are_captured_at_the_resonance(until: float | None) -> None:
     """000, section 7: damping of the vibration holds the rollers at a critical speed while the rotor turns at 300 rad/s."""
     machine = machine_from(ROLLERS | {"set": {"a.damping": 2e-7, "b.damping": 2e-7}})

@@ -19,7 +19,6 @@ Refused = Callable[..., str]
 QUICK = ("--set", "study.range=[9.0, 10.5]", "--set", "study.rate=0.02", "--set", "study.jump_tolerance=1e-3")
 
 
-@pytest.mark.usefixtures("unpainted")
 def test_run_a_sweep(wucht: Command) -> None:
     done = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out")
     assert done.code == 0, done.err

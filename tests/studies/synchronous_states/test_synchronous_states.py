@@ -224,7 +224,7 @@ CHARACTERISTICS = {
 
 # A measured load has the breakpoints of a measured drive.
 @pytest.mark.parametrize(
-    "case", [pytest.param(c, marks=pytest.mark.slow) if c == "measured load" else c for c in CHARACTERISTICS]
+    "case", [pytest.param(c, marks=pytest.mark.slow) if c in ("measured load", "brake") else c for c in CHARACTERISTICS]
 )
 def test_characteristics_with_breakpoints_are_shown_complete(case: str) -> None:
     """Kinks of tables, the square with its sign, a smoothed step: bounds on their slopes hold on both sides."""
