@@ -569,9 +569,7 @@ def test_plot_of_a_stranger(refused: Refused, here: Path) -> None:
     xr.Dataset(data).to_netcdf("other.nc", engine="h5netcdf")
     refused("plot", "other.nc", says=("other.nc: ", "not written by wucht"))
     xr.Dataset(data, attrs={"study": "run-up"}).to_netcdf("other.nc", engine="h5netcdf")
-    refused("plot", "other.nc", says=("other.nc: ",))
-    xr.Dataset(data, attrs={"study": "../../evil"}).to_netcdf("other.nc", engine="h5netcdf")
-    refused("plot", "other.nc", says=("other.nc: ", "evil"))
+    refused("plot", "other.nc", says=("other.nc: title", "missing"))
 
 
 def test_resume_of_a_damaged_result(refused: Refused, study: Study) -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,8 +36,21 @@ def test_a_result_that_does_not_fit(study: Study) -> None:
     """The process ends by itself, not by a signal of the library beneath."""
     done = outside("run", study('until = "0.5 s"', 'until = "0.02 s"'), "-o", "out", room=4096)
     assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == "wucht: out/result.nc cannot be written: File too large"
-    assert list(Path("out").glob("*.part")) + list(Path("out").glob(".*.part")) == []
+    assert done.stderr.splitlines()[-1] == "wucht: out/.wucht-new/result.nc cannot be written: File too large"
+    assert [path.name for path in Path("out").iterdir()] == ["units"], "what was computed, for --resume"
+
+
+def test_an_earlier_result_stays_whole_where_the_new_one_does_not_fit(study: Study, wucht: Callable[..., Any]) -> None:
+    """Not only its file: its figure and its summary too."""
+    file = study('until = "0.5 s"', 'until = "0.02 s"')
+    assert wucht("run", file, "-o", "out").code == 0
+    before = {path.name: path.read_bytes() for path in Path("out").iterdir()}
+    assert sorted(before) == ["result.nc", "run-up.png", "summary.json"]
+    room = len(before["result.nc"]) + 9000
+    done = outside("run", file, "-o", "out", "--set", "study.until=0.021", room=room)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "wucht: out/.wucht-new/run-up.png cannot be written: File too large"
+    assert {path.name: path.read_bytes() for path in Path("out").iterdir() if path.is_file()} == before
 
 
 def test_an_output_that_is_full(here: Path) -> None:

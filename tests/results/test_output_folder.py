@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from wucht.errors import InputError
-from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum, claimed, note_figure, remove_earlier
+from wucht.errors import InputError, RunError
+from wucht.results import output_folder
+from wucht.results.output_folder import CHECKSUMS, COMMIT, NEW, SUMMARY, checksum, claimed, commit, latest, note_figure
 
 CLAIM = """
 import sys, time
@@ -57,27 +63,147 @@ def test_another_process_is_kept_out_until_it_is_killed(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def put(folder: Path, files: dict[str, str], figures: tuple[str, ...] = ()) -> None:
+    """Write a result of these files; its summary notes the figures."""
+    new = folder / NEW
+    new.mkdir()
+    for name, text in files.items():
+        (new / name).write_text(text)
+    if figures:
+        (new / SUMMARY).write_text(json.dumps({CHECKSUMS: {name: checksum(new / name) for name in figures}}))
+
+
+def files_of(folder: Path) -> dict[str, str]:
+    return {p.name: p.read_text() for p in folder.iterdir() if p.name != SUMMARY}
+
+
+OLD = {"result.nc": "old", "run-up.png": "old", "run-up.pdf": "the same in both"}
+STEPS = 7  # the folder is renamed, five files are moved, what is empty is removed
+FRESH = {"result.nc": "new", "run-up.png": "new", "run-up.pdf": "the same in both", "table.csv": "new"}
+
+
+def test_a_result_takes_the_place_of_the_earlier_one_and_of_its_figures(tmp_path: Path) -> None:
+    with claimed(tmp_path):
+        put(tmp_path, OLD, ("run-up.png", "run-up.pdf"))
+        commit(tmp_path)
+    assert files_of(tmp_path) == OLD
+    with claimed(tmp_path):
+        put(tmp_path, {"result.nc": "another", "basin.png": "another"}, ("basin.png",))
+        commit(tmp_path)
+    assert files_of(tmp_path) == {"result.nc": "another", "basin.png": "another"}
+
+
+def test_what_was_not_committed_is_removed(tmp_path: Path) -> None:
+    put(tmp_path, OLD)
+    assert latest(tmp_path / "result.nc") == tmp_path / "result.nc"
+    assert (tmp_path / NEW).is_dir(), "it may be that of a run that goes on"
+    with claimed(tmp_path):
+        assert not (tmp_path / NEW).exists()
+
+
+@pytest.mark.parametrize("step", range(1, STEPS + 2))
+def test_cut_off_anywhere_it_is_the_earlier_result_or_the_new_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    """As by SIGKILL: at any change of a name, what is left is completed by the next who opens the folder."""
+    with claimed(tmp_path):
+        put(tmp_path, OLD, ("run-up.png", "run-up.pdf"))
+        commit(tmp_path)
+    steps = count(1)
+    with monkeypatch.context() as patched:
+        for name in ("replace", "unlink", "rmdir"):
+            patched.setattr(Path, name, until(step, steps, getattr(Path, name)))
+        put(tmp_path, FRESH, ("run-up.png", "run-up.pdf", "table.csv"))
+        with suppress(KeyboardInterrupt):
+            commit(tmp_path)
+    assert next(steps) == min(step, STEPS) + 1, "each step is tried"
+    result = latest(tmp_path / "result.nc").read_text()
+    with claimed(tmp_path):
+        pass
+    assert files_of(tmp_path) == {"old": OLD, "new": FRESH}[result]
+    noted = json.loads((tmp_path / SUMMARY).read_text())[CHECKSUMS]
+    assert noted == {name: checksum(tmp_path / name) for name in noted}
+    assert result == ("old" if step == 1 else "new")
+
+
+def until(step: int, steps: Iterator[int], change: Callable[..., Any]) -> Callable[..., Any]:
+    """A change of a file's name that ends the process at this step."""
+
+    def killed(*arguments: Any, **options: Any) -> Any:
+        if next(steps) >= step:
+            raise KeyboardInterrupt
+        return change(*arguments, **options)
+
+    return killed
+
+
+def test_a_folder_that_cannot_be_written_is_read_all_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a commit left behind is read where it is, if it cannot be moved."""
+    put(tmp_path, FRESH)
+    (tmp_path / NEW).rename(tmp_path / COMMIT)
+
+    def refused(*_: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(Path, "replace", refused)
+    assert latest(tmp_path / "result.nc").read_text() == "new"
+    monkeypatch.undo()
+    assert latest(tmp_path / "result.nc") == tmp_path / "result.nc"
+    assert not (tmp_path / COMMIT).exists()
+
+
+def test_a_file_that_a_viewer_has_open_is_tried_again_and_then_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on Windows. The new result is complete, and the next run puts it into its place."""
+    move, opened = Path.replace, [3]
+
+    def held(source: Path, target: Path) -> Path:
+        if target.name == "run-up.png" and opened[0]:
+            opened[0] -= 1
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return move(source, target)
+
+    monkeypatch.setattr(Path, "replace", held)
+    with claimed(tmp_path):
+        put(tmp_path, OLD, ("run-up.png",))
+        commit(tmp_path)
+    assert files_of(tmp_path) == OLD, "closed after a while"
+    monkeypatch.setattr(output_folder, "_PATIENCE_S", 0.2)
+    opened[0] = 100
+    with claimed(tmp_path):
+        put(tmp_path, FRESH, ("run-up.png",))
+        with pytest.raises(RunError, match=r"run-up\.png cannot be replaced: Permission denied. Close what has it open"):
+            commit(tmp_path)
+    opened[0] = 0
+    with claimed(tmp_path):
+        assert files_of(tmp_path)["run-up.png"] == "new"
+
+
 def test_only_what_is_noted_and_unchanged_is_removed(tmp_path: Path) -> None:
     figure, drawn_over, own = (tmp_path / name for name in ("run-up.png", "run-up.pdf", "basin.png"))
     for file in (figure, drawn_over, own):
         file.write_text(file.name)
     outside = tmp_path.parent / "outside.png"
     outside.write_text("outside")
-    (tmp_path / SUMMARY).write_text(
-        json.dumps({CHECKSUMS: {figure.name: checksum(figure), "../outside.png": checksum(outside)}})
-    )
+    noted = {figure.name: checksum(figure), "../outside.png": checksum(outside), "\0": "", "run-up.svg": "", ".": 1}
+    (tmp_path / SUMMARY).write_text(json.dumps({CHECKSUMS: noted}))
     note_figure(drawn_over)
     drawn_over.write_text("with an arrow")
-    remove_earlier(tmp_path)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["basin.png", "run-up.pdf"]
+    replace_result(tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["basin.png", "result.nc", "run-up.pdf"]
     assert outside.is_file()
 
 
-@pytest.mark.parametrize("own", ["", "{", "[]", '{"checksums": 1}', '{"mine": true}'])
+def replace_result(folder: Path) -> None:
+    with claimed(folder):
+        put(folder, {"result.nc": ""})
+        commit(folder)
+
+
+@pytest.mark.parametrize("own", ["", "{", "[]", '{"checksums": 1}', '{"mine": true}', "\0"])
 def test_a_summary_of_others_is_left_alone(tmp_path: Path, own: str) -> None:
     (tmp_path / SUMMARY).write_text(own)
     (tmp_path / "run-up.png").write_text("")
     note_figure(tmp_path / "run-up.png")
-    remove_earlier(tmp_path)
+    replace_result(tmp_path)
     assert (tmp_path / SUMMARY).read_text() == own
     assert (tmp_path / "run-up.png").is_file()

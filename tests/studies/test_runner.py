@@ -18,7 +18,9 @@ from wucht.errors import InputError
 from wucht.fields import si
 from wucht.files.catalogue import load_machine
 from wucht.results.conventions import answered, summary_of, variable
-from wucht.results.store import load, save_figure
+from wucht.results.loading import load
+from wucht.results.output_folder import NEW
+from wucht.results.store import save_figure
 from wucht.studies import runner
 from wucht.studies.memory import Memory
 from wucht.studies.registry import studies
@@ -248,8 +250,9 @@ def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monke
     seen: list[tuple[int, int]] = []
 
     def look(_share: float, _what: str) -> None:
-        if (tmp_path / "result.nc").exists():
-            saved = load(tmp_path / "result.nc")
+        assert not (tmp_path / "result.nc").exists(), "it takes its place when it is complete"
+        if (tmp_path / NEW / "result.nc").exists():
+            saved = load(tmp_path / NEW / "result.nc")
             seen.append((saved.attrs["finished"], saved.sizes["number"]))
         time.sleep(0.01)
 

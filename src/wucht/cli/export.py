@@ -18,8 +18,9 @@ def export(
     import_: Imports = None,
 ) -> None:
     """Write the files of a result for others: of a cam the points to mill, drawings and tables for controllers; or as CSV."""
+    from wucht.results.loading import load, result_file
     from wucht.results.series import save_csv
-    from wucht.results.store import load, prepare_folder, result_file
+    from wucht.results.store import prepare_folder
     from wucht.studies.runner import export as written
 
     dataset, file = load(result), result_file(result)

@@ -20,8 +20,9 @@ def plot(
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
+    from wucht.results.loading import load, result_file
     from wucht.results.output_folder import note_figure
-    from wucht.results.store import load, prepare_folder, result_file
+    from wucht.results.store import prepare_folder
 
     dataset, file = load(result), result_file(result)
     folder = prepare_folder(out or file.parent)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +15,8 @@ from wucht.cli.figure_options import PRINTED, Format, Formatted, Style, Styled, 
 from wucht.cli.importing import Imports
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from wucht.studies.study_file import StudyFile
 
 
@@ -57,43 +58,51 @@ def tell(
     """Answer what is read, write the files, and say what was found. study: its name; out: the folder, if one is given."""
     from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
-    from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum, claimed
+    from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
     from wucht.results.series import save_csv
     from wucht.results.store import RESULT, save_summary, to_json
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer
 
     begun = time.perf_counter()
-    with ExitStack() as kept:
-        with Progress(study) as progress, interruptible() as check:
+    with Progress(study) as progress, interruptible() as check:
 
-            def report(share: float, what: str) -> None:
-                progress.update(share, what)
-                check()
+        def report(share: float, what: str) -> None:
+            progress.update(share, what)
+            check()
 
-            asked = read()
-            folder = kept.enter_context(claimed(out or Path("results") / asked.name))
-            names = [RESULT, *(f"{asked.spec.kind}.{f.value}" for f in formats_of(format_)), SUMMARY]
-            result = answer(asked, folder=folder, files=tuple(names), resume=resume, progress=report, scheduler=scheduler)
-        tables = save_csv(result, folder) if csv else []
-        drawn, names = [*write_figure(result, folder, style, format_), *tables], [*names, *(t.name for t in tables)]
-        answered = result.wucht
-        document = {
-            "study": answered.study,
-            "machine": result.attrs["title"],
-            "summary": answered.summary,
-            "assumed": answered.assumed,
-            "warnings": answered.warnings,
-            "notes": answered.notes,
-            "files": [str(folder / name) for name in names],
-            CHECKSUMS: {path.name: checksum(path) for path in drawn},
-            "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
-            "version": wucht.__version__,
-            "elapsed_s": round(time.perf_counter() - begun, 3),
-        }
-        if result.attrs["failure"]:
-            document |= {"error": result.attrs["failure"], "exit_code": 1}
-        save_summary(document, folder / SUMMARY)
+        asked = read()
+        folder = out or Path("results") / asked.name
+        names = [RESULT, *(f"{asked.spec.kind}.{f.value}" for f in formats_of(format_)), SUMMARY]
+        document: dict[str, Any] = {}
+
+        def write(result: xr.Dataset, new: Path) -> None:
+            tables = save_csv(result, new) if csv else []
+            written = [*write_figure(result, new, style, format_), *tables]
+            names.extend(table.name for table in tables)
+            answered = result.wucht
+            document.update(
+                {
+                    "study": answered.study,
+                    "machine": result.attrs["title"],
+                    "summary": answered.summary,
+                    "assumed": answered.assumed,
+                    "warnings": answered.warnings,
+                    "notes": answered.notes,
+                    "files": [str(folder / name) for name in names],
+                    CHECKSUMS: {path.name: checksum(path) for path in written},
+                    "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
+                    "version": wucht.__version__,
+                    "elapsed_s": round(time.perf_counter() - begun, 3),
+                }
+            )
+            if result.attrs["failure"]:
+                document.update({"error": result.attrs["failure"], "exit_code": 1})
+            save_summary(document, new / SUMMARY)
+
+        options = {"resume": resume, "progress": report, "scheduler": scheduler}
+        result = answer(asked, folder=folder, files=tuple(names), write=write, **options)
+    answered = result.wucht
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:

@@ -1,11 +1,17 @@
-"""The folder of a result: one run at a time writes there, and nothing of an earlier result stays beside a new one."""
+"""The folder of a result: one run at a time writes there, and a new result replaces the earlier one as a whole, or not at all.
+
+While a run goes on, what it writes lies in the sub-folder ``.wucht-new``.
+"""
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import shutil
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from hashlib import sha256
@@ -13,7 +19,7 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError, WuchtError
 from wucht.results.store import prepare_folder, save_summary
 
 if sys.platform == "win32":
@@ -22,7 +28,9 @@ else:
     import fcntl
 
 SUMMARY, CHECKSUMS = "summary.json", "checksums"  # the latter: of the figures, by name
+NEW, COMMIT = ".wucht-new", ".wucht-commit"
 _TRIES = 10
+_PATIENCE_S, _PAUSE_S = 5.0, 0.1
 _LOCK = ".wucht.lock"
 _ours: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claimed", default=frozenset())
 
@@ -31,7 +39,8 @@ _ours: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claim
 def claimed(folder: Path) -> Iterator[Path]:
     """Keep a folder for what is done within; it is made if it is not there, and removed again where it stays empty.
 
-    Claiming it once more within is allowed. The system itself gives it free when the process ends, however it does; where a
+    A commit that was left is finished first, and what a run that was killed had not finished is removed. Claiming a folder once
+    more within is allowed. The system itself gives it free when the process ends, however it does; where a
     file system has no locks nothing is kept. Raises ``InputError`` where another run writes there, or nobody can.
     """
     place = folder.absolute()
@@ -43,9 +52,12 @@ def claimed(folder: Path) -> Iterator[Path]:
     lock = _locked(folder / _LOCK)
     before = _ours.set(_ours.get() | {place})
     try:
+        _finish(folder)
+        shutil.rmtree(folder / NEW, ignore_errors=True)
         yield folder
     finally:
         _ours.reset(before)
+        shutil.rmtree(folder / NEW, ignore_errors=True)
         with suppress(OSError):  # Windows keeps a file that is open
             (folder / _LOCK).unlink(missing_ok=True)
         lock.close()
@@ -98,17 +110,90 @@ def note_figure(file: Path) -> None:
         save_summary(summary | {CHECKSUMS: summary[CHECKSUMS] | {file.name: checksum(file)}}, file.parent / SUMMARY)
 
 
-def remove_earlier(folder: Path) -> None:
-    """Remove the summary and the figures that wucht wrote of an earlier result: a figure that was changed since stays."""
-    summary = _summary_in(folder)
-    for name, noted in summary.get(CHECKSUMS, {}).items():
+def commit(folder: Path) -> None:
+    """Put what was written into the sub-folder ``.wucht-new`` in the place of the earlier result, all of it or nothing.
+
+    It is flushed to disk, and one renaming is the step: a process that is killed before it leaves the earlier result as it was;
+    after it, whoever opens the folder next moves the rest. With an earlier result go its summary and figures, but for a figure
+    that was changed since. Raises ``RunError`` where that cannot be done.
+    """
+    new = folder / NEW
+    try:
+        for path in (*new.iterdir(), new):
+            _flush(path)
+        _trying(lambda: new.replace(folder / COMMIT))
+        _flush(folder)
+    except OSError as error:
+        raise RunError(f"{new} cannot be put in its place: {error.strerror or error}") from None
+    _finish(folder)
+
+
+def latest(file: Path) -> Path:
+    """Where this file of the last complete result is: in its place, where a commit that was left can be finished now."""
+    left = file.parent / COMMIT
+    if left.is_dir():
+        with suppress(WuchtError), claimed(file.parent):
+            pass
+    return left / file.name if (left / file.name).is_file() else file
+
+
+def _finish(folder: Path) -> None:
+    """Move what a commit has to its place; again and again the same, wherever it was cut off. Nothing if there is none.
+
+    The summary is moved last: until then it is known which figures are of the earlier result.
+    """
+    left = folder / COMMIT
+    if not left.is_dir():
+        return
+    files = sorted(left.iterdir(), key=lambda f: f.name == SUMMARY)
+    earlier = _summary_in(folder) if files else {}  # else the summary in the folder is the new one
+    new = _summary_in(left).get(CHECKSUMS, {})
+    for name, noted in earlier.get(CHECKSUMS, {}).items():
         file = folder / Path(name).name
-        with suppress(OSError):
-            if checksum(file) == noted:
+        with suppress(OSError, ValueError):
+            if file.name not in new and checksum(file) == noted:
                 file.unlink()
-    if summary:
+    if earlier and not (left / SUMMARY).is_file():
         with suppress(OSError):
             (folder / SUMMARY).unlink()
+    for file in files:
+        try:
+            _trying(lambda file=file: file.replace(folder / file.name))  # type: ignore[misc]
+        except OSError as error:
+            why = f"{folder / file.name} cannot be replaced: {error.strerror or error}"
+            raise RunError(
+                f"{why}. Close what has it open; the new result is in {left} until the folder is used again"
+            ) from None
+    with suppress(OSError):
+        left.rmdir()
+
+
+def _trying(move: Callable[[], object]) -> None:
+    """Move a file, again for some seconds where a program has it open, as on Windows and network drives."""
+    end = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            move()
+        except OSError as error:
+            if error.errno not in (errno.EACCES, errno.EBUSY, errno.EPERM) or time.monotonic() > end:
+                raise
+            time.sleep(_PAUSE_S)
+        else:
+            return
+
+
+def _flush(path: Path) -> None:
+    """Have the system write a file or folder to the disk."""
+    if path.is_dir() and os.name == "nt":  # a folder cannot be opened there
+        return
+    opened = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(opened)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # file systems that know no flushing
+            raise
+    finally:
+        os.close(opened)
 
 
 def _summary_in(folder: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Writing and reading results. A file is written beside its place and moved there, so that it is never half there."""
+"""Writing results. A file is written beside its place and moved there, so that it is never half there."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from wucht.errors import InputError, RunError
+from wucht.results.integrity import sealed
 from wucht.results.page import made_for
 from wucht.results.sheet import page_of
 
@@ -47,11 +48,11 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
 
 
 def save(result: xr.Dataset, path: Path) -> Path:
-    """Write a Dataset as NetCDF.
+    """Write a Dataset as NetCDF, with checksums of its variables.
 
     Put together in memory: HDF5 does not get over a file that cannot be written to its end, and takes the process with it.
     """
-    whole = result.to_netcdf(engine="h5netcdf")
+    whole = sealed(result).to_netcdf(engine="h5netcdf")
     return replacing(path, lambda beside: beside.write_bytes(whole))
 
 
@@ -81,28 +82,6 @@ def replacing(path: Path, write: Callable[[Path], object]) -> Path:
         with suppress(OSError):
             beside.unlink(missing_ok=True)
     return path
-
-
-def result_file(path: Path) -> Path:
-    """The file of a result: the path itself, or that in an output folder."""
-    return path / RESULT if path.is_dir() else path
-
-
-def load(path: Path) -> xr.Dataset:
-    """Read a Dataset: of a file, or of the output folder that has it. Raises ``InputError`` if the file is none of ours."""
-    import xarray as xr_
-
-    path = result_file(path)
-    if not path.is_file():
-        raise InputError.of_file(path, "there is no such file")
-    try:
-        result = xr_.load_dataset(path, engine="h5netcdf")
-    except Exception as error:
-        # The readers beneath raise whatever a damaged file makes them stumble over; to the user it is one thing.
-        raise InputError.of_file(path, f"this is no NetCDF file that can be read: {str(error).splitlines()[0]}") from None
-    if "study" not in result.attrs:
-        raise InputError.of_file(path, "this file was not written by wucht: it names no study")
-    return result
 
 
 def save_summary(document: Mapping[str, Any], path: Path) -> Path:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError
-from wucht.results.store import load, to_json
+from wucht.results.loading import load
+from wucht.results.store import to_json
 from wucht.studies.memory import questions_of
 from wucht.studies.question_differences import differences, untitled
 from wucht.studies.spec import Spec
@@ -37,13 +38,12 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
     """
     folder, result = file.parent, load(file) if file.exists() else None
     answered = None if result is None else untitled(json.loads(result.attrs["input"]))
+    if result is not None and result.attrs["finished"] and answered == question:
+        return result, []
     kept = questions_of(folder) or ([] if answered is None else [answered])
-    if not kept:
+    if not kept or question in kept:
         return None, []
-    asked = question if question in kept else kept[0]
-    if asked == question:
-        done = result is not None and result.attrs["finished"] and answered == question
-        return (result if done else None), []
+    asked = kept[0]
     before, now = asked["study"].get("kind"), spec.kind
     if before != now:
         raise InputError("--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}")

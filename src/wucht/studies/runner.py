@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 import time as clock
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +18,13 @@ import numpy as np
 from wucht.errors import InputError, WuchtError
 from wucht.results.arranging import arrange
 from wucht.results.conventions import assumed_of
-from wucht.results.output_folder import claimed, remove_earlier
+from wucht.results.integrity import refusing_edited
+from wucht.results.loading import load as read_result
+from wucht.results.output_folder import NEW, claimed, commit
 from wucht.results.page import PRINT, Page, made_for
 from wucht.results.provenance import provenance
 from wucht.results.sheet import state
 from wucht.results.store import RESULT, prepare_folder, save, to_json
-from wucht.results.store import load as read_result
 from wucht.studies.accessor import register
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+Writer = Callable[["xr.Dataset", Path], object]
 _SAVE_EVERY_S = 5.0  # a result that is not complete, so that it can be looked at; at most a tenth of the time goes into it
 
 
@@ -54,6 +56,7 @@ def run(
     progress: Report | None = None,
     document: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
+    write: Writer | None = None,
 ) -> xr.Dataset:
     """Answer a question.
 
@@ -63,7 +66,9 @@ def run(
         What is asked, such as ``wucht.RunUp(until="20 s")``.
     subject : Machine or whatever the spec is asked of
     folder : path, optional
-        Where ``result.nc`` and, until the study is finished, its units of work are kept.
+        Where ``result.nc`` and, until the study is finished, its units of work are kept. An earlier result there is replaced
+        when the study ends or is interrupted; until then what was computed lies in its sub-folder ``.wucht-new``. Where the
+        study or a file fails, the earlier result stays as it was.
     files : names of files that will be written there
     resume : bool
         Take up the units of work that the folder has of this question.
@@ -75,6 +80,9 @@ def run(
     scheduler : str, optional
         Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute. By default this process
         does. Only of studies whose specs are ``tiled``.
+    write : callable, optional
+        Writes what belongs to the result, such as its figure: called with the result and the folder for it. With ``result.nc``
+        its files replace the earlier ones.
 
     Returns
     -------
@@ -96,7 +104,7 @@ def run(
         raise InputError("--scheduler", scheduler, f"{spec.kind} is computed by one process; studies with tiles are {tiled}")
     with cluster_at(scheduler) as cluster, nullcontext() if folder is None else claimed(folder):
         try:
-            return _answered(spec, subject, folder, files, resume, progress, document, cluster)
+            return _answered(spec, subject, folder, files, resume, progress, document, cluster, write)
         except MemoryError as error:
             raise out_of_memory(error) from None
 
@@ -110,6 +118,7 @@ def _answered(
     progress: Report | None,
     document: Mapping[str, Any] | None,
     cluster: Cluster | None,
+    write: Writer | None,
 ) -> xr.Dataset:
     register()
     begun, study = clock.perf_counter(), study_of(spec.kind)
@@ -124,9 +133,11 @@ def _answered(
     memory, notes, asked = Memory(), list[str](), untitled(question)
     if folder is not None:
         folder = prepare_folder(folder, files)
+        new = prepare_folder(folder / NEW)
         if resume:
             finished, notes = earlier(folder / RESULT, spec, asked)
             if finished is not None:
+                _commit(finished, folder, write)
                 return finished
         resumed = resume and asked in questions_of(folder)
         memory = (Memory.resumed if resumed else Memory.begun)(folder, asked)
@@ -139,30 +150,50 @@ def _answered(
         made.attrs["finished"] = int(finished and not made.attrs["failure"])
         return made if document is None else made.assign_attrs(document=json.dumps(document, default=str))
 
-    findings, interrupted = None, False
-    saved, pause = clock.perf_counter(), _SAVE_EVERY_S
+    def save_unfinished(findings: Any) -> None:
+        if folder is not None:
+            save(result(findings, False), new / RESULT)
+
     try:
-        for findings in solve(plan, Work(memory, progress, cluster)):
-            if folder is not None and clock.perf_counter() - saved > pause:
-                looked = clock.perf_counter()
-                _keep(result(findings, False), folder)
-                saved = clock.perf_counter()
-                pause = max(_SAVE_EVERY_S, 9 * (saved - looked))
-    except KeyboardInterrupt:
-        memory.flush()
-        if findings is None:
-            raise
-        interrupted = True
-        notes.append("interrupted: this is what was found until then; --resume continues from there")
-    except WuchtError:
-        memory.flush()
+        findings, interrupted = _last(solve(plan, Work(memory, progress, cluster)), save_unfinished)
+        if interrupted:
+            memory.flush()
+            notes.append("interrupted: this is what was found until then; --resume continues from there")
+        final = result(findings, not interrupted)
+        if folder is not None:
+            save(final, new / RESULT)
+            _commit(final, folder, write)
+    except BaseException:
+        with suppress(WuchtError):  # that of the study says more
+            memory.flush()
         raise
-    final = result(findings, not interrupted)
-    if folder is not None:
-        _keep(final, folder)
-        if not interrupted:
-            memory.forget()
+    if not interrupted:
+        memory.forget()
     return final
+
+
+def _last(findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
+    """The most complete findings, and whether Ctrl-C was pressed after the first ones."""
+    latest, saved, pause = None, clock.perf_counter(), _SAVE_EVERY_S
+    try:
+        for latest in findings:
+            if clock.perf_counter() - saved > pause:
+                before = clock.perf_counter()
+                save_unfinished(latest)
+                saved = clock.perf_counter()
+                pause = max(_SAVE_EVERY_S, 9 * (saved - before))
+    except KeyboardInterrupt:
+        if latest is None:
+            raise
+        return latest, True
+    return latest, False
+
+
+def _commit(result: xr.Dataset, folder: Path, write: Writer | None) -> None:
+    """Put a result, and what is written of it, in the place of an earlier one."""
+    if write is not None:
+        write(result, folder / NEW)
+    commit(folder)
 
 
 def _common(spec: Spec, subject: Any, about: Description, made: xr.Dataset) -> dict[str, Any]:
@@ -175,12 +206,6 @@ def _common(spec: Spec, subject: Any, about: Description, made: xr.Dataset) -> d
         "assumed": to_json([*assumptions(spec, subject), *assumed_of(made)], indent=None),
         "notes": to_json(list(about.notes), indent=None),
     }
-
-
-def _keep(made: xr.Dataset, folder: Path) -> None:
-    """Save what there is now, in the place of an earlier result and of what was drawn of it."""
-    remove_earlier(folder)
-    save(made, folder / RESULT)
 
 
 def load(path: Path | str) -> xr.Dataset:
@@ -223,13 +248,13 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
     InputError
         For a study that is not known here, or a Dataset that lacks variables which the result had.
     """
-    study = _study_of_result(result)
-    for tried in (page, *page.instead):
-        with made_for(tried):
-            drawn: Figure = study.figure(result)
-            state(drawn, assumed_of(result))
-        if arrange(drawn).get_figheight() <= tried.tallest:
-            break
+    with _study_of_result(result) as study:
+        for tried in (page, *page.instead):
+            with made_for(tried):
+                drawn: Figure = study.figure(result)
+                state(drawn, assumed_of(result))
+            if arrange(drawn).get_figheight() <= tried.tallest:
+                break
     return drawn
 
 
@@ -250,8 +275,9 @@ def report(result: xr.Dataset) -> list[str]:
     InputError
         As ``draw`` does.
     """
-    lines: list[str] = _study_of_result(result).report(result)
-    assumed = "; ".join(assumed_of(result))
+    with _study_of_result(result) as study:
+        lines: list[str] = study.report(result)
+        assumed = "; ".join(assumed_of(result))
     return [*lines, f"  assumed      {assumed}"] if assumed else lines
 
 
@@ -274,18 +300,21 @@ def export(result: xr.Dataset, folder: Path | str) -> list[str]:
     InputError
         As ``draw`` does; for a study that has no such files.
     """
-    study = _study_of_result(result)
-    if not study.exports:
-        raise InputError(study.kind, None, "this study has no files for others; cam-contour has")
-    lines: list[str] = study.export(result, Path(folder))
+    with _study_of_result(result) as study:
+        if not study.exports:
+            raise InputError(study.kind, None, "this study has no files for others; cam-contour has")
+        lines: list[str] = study.export(result, Path(folder))
     return lines
 
 
-def _study_of_result(result: xr.Dataset) -> Study:
+@contextmanager
+def _study_of_result(result: xr.Dataset) -> Iterator[Study]:
+    """The study of a result. What its functions stumble over in one that may have been edited is an ``InputError``."""
     kind, known = result.attrs.get("study"), studies()
     if kind not in known:
         raise InputError("study", kind, "there is no figure for this study")
     missing = [n for n in json.loads(result.attrs.get("contents", '["contents"]')) if n not in result.variables]
     if missing:
         raise InputError(kind, None, f"this is no complete result of this study: {', '.join(missing)} is missing")
-    return known[kind]
+    with refusing_edited(result):
+        yield known[kind]

@@ -14,7 +14,7 @@ from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
-from wucht.results.store import load
+from wucht.results.loading import load
 from wucht.studies import runner
 from wucht.studies.entrainment.branches import Continuation
 from wucht.studies.entrainment.locked_motions import LockedMotions

@@ -13,9 +13,11 @@ from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT
 from wucht.files.documents import Document, flatten
-from wucht.results.store import RESULT, load, result_file
+from wucht.results.loading import load, result_file
+from wucht.results.store import RESULT
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.comparison.varied_key import VariedKey, varied_key
+from wucht.studies.registry import study_of
 from wucht.studies.study_file import StudyFile, read_study
 from wucht.studies.subjects import Description, subject_of
 
@@ -113,6 +115,10 @@ def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Compa
         if shared or spec.vary:
             raise InputError("study.of", source, "this is a result: nothing can be set or varied in it; name the study file")
         result = load(place)
+        try:
+            study_of(result.attrs["study"])
+        except InputError as error:
+            raise error.in_file(result_file(place)) from None
         if result.attrs["study"] == Comparison.kind:
             raise InputError("study.of", source, _NESTED)
         return [Variant("", source, {}, result=result)]
