@@ -1,17 +1,26 @@
 """What is derived once: found again by its inputs and in another process, derived anew where it is not there."""
 
 import os
+import pickle
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any, get_type_hints
 
 import pytest
 import sympy as sp
 
 from wucht import disk_cache
+from wucht.analysis import averaged, relative_equilibria
+from wucht.machines import structure
 from wucht.machines.parts.base import Release
+from wucht.mechanics import linear_carrier
+from wucht.numerics.continuation import equations
+from wucht.numerics.flow import program
+from wucht.numerics.phase_plane import plane
 
 disk_cache._KNOWN.add(__name__)  # as if the classes here were the program's
 
@@ -28,6 +37,7 @@ class Question:
 
 
 calls: list[object] = []
+MODULES = (averaged, relative_equilibria, structure, linear_carrier, equations, program, plane)
 
 
 def itself(question: Question) -> Question:
@@ -48,6 +58,7 @@ x = sp.Symbol("x", real=True)
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     calls.clear()
+    disk_cache._warn_once.cache_clear()
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "cache"))
     disk_cache._folder.cache_clear()
     yield tmp_path / "cache"
@@ -100,13 +111,125 @@ def test_an_error_is_not_kept(folder):
 
 def test_a_damaged_file_is_derived_again(folder):
     derived(Question(x), 1.0)
-    (file,) = (p for p in folder.rglob("*") if p.is_file())
+    file = the_file(folder)
     whole = file.read_bytes()
     for damaged in (b"", whole[: len(whole) // 2], b"no pickle"):
         file.write_bytes(damaged)
         assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
         assert file.read_bytes() == whole
     assert len(calls) == 4
+
+
+def test_a_flipped_bit_is_noticed(folder):
+    """Each of them: a pickle has no digest of its own, and most flips make another expression of it."""
+    derived(Question(x), 1.0)
+    file = the_file(folder)
+    whole = file.read_bytes()
+    for k in range(8 * len(whole)):
+        damaged = bytearray(whole)
+        damaged[k // 8] ^= 1 << k % 8
+        file.write_bytes(damaged)
+        with pytest.raises(ValueError):
+            disk_cache._read(file)
+
+
+def test_a_whole_file_of_another_type_or_another_name_is_derived_again(folder):
+    derived(Question(x), 1.0)
+    file = the_file(folder)
+    whole = file.read_bytes()
+    disk_cache._write(file, pickle.dumps(None))
+    assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
+    derived(Question(x + 1), 1.0)
+    (other,) = (p for p in file.parent.iterdir() if p != file)
+    other.write_bytes(whole)
+    assert derived(Question(x + 1), 1.0) == Question((x + 1) ** 2 * 1.0)
+    assert len(calls) == 4
+
+
+def the_file(folder: Path) -> Path:
+    (file,) = (p for p in folder.rglob("*") if p.is_file())
+    return file
+
+
+def was_unpickled() -> None:
+    calls.append("unpickled")
+
+
+class Evil:
+    def __reduce__(self):
+        return was_unpickled, ()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
+def test_only_what_nobody_else_can_write_is_read(folder):
+    derived(Question(x), 1.0)
+    file = the_file(folder)
+    assert file.stat().st_mode & 0o777 == 0o600
+    assert file.parent.stat().st_mode & 0o777 == 0o700
+    disk_cache._write(file, pickle.dumps(Evil()))
+    for mode in (0o620, 0o602, 0o666):
+        file.chmod(mode)
+        derived(Question(x), 1.0)
+        disk_cache._write(file, pickle.dumps(Evil()))
+    assert calls.count("unpickled") == 0
+    assert len(calls) == 4
+    for mode in (0o720, 0o702, 0o777):
+        file.parent.chmod(mode)
+        disk_cache._warn_once.cache_clear()
+        with pytest.warns(RuntimeWarning, match="is not yours alone") as said:
+            derived(Question(x), 1.0)
+            derived(Question(x), 1.0)
+        assert len(said) == 1, "once"
+    assert calls.count("unpickled") == 0
+    file.parent.chmod(0o755)
+    derived(Question(x), 1.0)
+    assert calls.count("unpickled") == 1, "a folder of one's own that others may read is used: the test above can fail"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such owners")
+def test_a_folder_of_another_user_or_behind_a_link_is_not_used(folder, tmp_path, monkeypatch):
+    place = disk_cache._folder()
+    place.rename(tmp_path / "elsewhere")
+    place.symlink_to(tmp_path / "elsewhere")
+    with pytest.warns(RuntimeWarning, match="not used"):
+        derived(Question(x), 1.0)
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+    place.unlink()
+    place.mkdir(mode=0o700)
+    monkeypatch.setattr(os, "geteuid", lambda: place.stat().st_uid + 1)
+    disk_cache._warn_once.cache_clear()
+    with pytest.warns(RuntimeWarning, match="not used"):
+        derived(Question(x), 1.0)
+    assert list(place.iterdir()) == []
+
+
+def test_on_windows_it_is_used_below_the_profile_alone(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(disk_cache, "_WINDOWS", True)
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    derived(Question(x), 1.0)
+    derived(Question(x), 1.0)
+    assert len(calls) == 1
+    monkeypatch.setattr(Path, "home", lambda: tmp_path / "somebody")
+    with pytest.warns(RuntimeWarning, match="not in your profile folder"):
+        derived(Question(x), 1.0)
+    assert len(calls) == 2
+
+
+def test_the_type_that_each_function_returns_is_known():
+    """So that what is read can be compared with it; where it were not, all would be derived again and again."""
+    functions = [f for place in (*MODULES, structure.Structure) for value in vars(place).values() for f in kept_by(value)]
+    assert len({f.__qualname__ for f in functions}) > 8
+    for function in functions:
+        assert "return" in get_type_hints(function), function
+
+
+def kept_by(value: Any) -> Iterator[Any]:
+    """The function whose results are kept, below a property or a memory of this process."""
+    value = getattr(value, "func", value)
+    while value is not None:
+        if getattr(getattr(value, "__code__", None), "co_qualname", "") == "derived_once.<locals>.derived":
+            yield value.__wrapped__
+        value = getattr(value, "__wrapped__", None)
 
 
 def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch):
@@ -123,8 +246,8 @@ def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_p
     for change in range(6):
         program = tmp_path / "program" / "disk_cache.py"
         program.parent.mkdir(exist_ok=True)
-        program.write_text("")
-        os.utime(program, (change, change))
+        program.write_text(f"change = {change}")
+        os.utime(program, (1, 1))  # as where a build sets all times alike
         monkeypatch.setattr(disk_cache, "__file__", str(program))
         disk_cache._folder.cache_clear()
         derived(Question(x), 1.0)

@@ -1,15 +1,19 @@
 """What was derived once is kept for the next process, as heyoka keeps compiled code: in the user's cache folder.
 
-A result is found by the values of its inputs, and only while the program is what it was: its files, Python and SymPy. Set
-``WUCHT_CACHE_DIR`` for another folder. What is there was written by the user's own processes, and is read with ``pickle``.
+A result is found by the values of its inputs, and only while the program is what it was: what its files hold, Python and SymPy.
+Set ``WUCHT_CACHE_DIR`` for another folder. What is there is read with ``pickle``, so only what the user's processes wrote: file
+and folder belong to the user and nobody else may write them (on Windows: they are below the user's profile), a digest says that
+the file is whole, and the result is of the type that the function returns. Else it is derived again.
 """
 
 from __future__ import annotations
 
 import os
 import pickle
+import stat
 import sys
 import threading
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from copyreg import __newobj__  # type: ignore[attr-defined]
@@ -19,10 +23,15 @@ from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from shutil import rmtree
-from typing import Any, TypeVar
+from types import UnionType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 _Result = TypeVar("_Result")
 _KNOWN = {"wucht", "sympy", "builtins"}  # modules whose classes belong to the state of the program
+_WINDOWS = sys.platform == "win32"
+_BINARY = getattr(os, "O_BINARY", 0)  # on Windows
+_READ, _CREATE = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | _BINARY, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BINARY
+_DIGEST = 32  # bytes before what was pickled
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
 
@@ -39,20 +48,77 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
             key = sha256(_written(inputs, True)).hexdigest()[:40]
         except (pickle.PicklingError, TypeError, AttributeError):
             return function(*inputs)
-        path = _folder() / f"{function.__module__}.{function.__name__}-{key}"
+        folder = _folder()
+        if not _is_private(folder):
+            return function(*inputs)
+        path = folder / f"{function.__module__}.{function.__name__}-{key}"
         with suppress(Exception):  # not there, or damaged: then pickle raises whatever it stumbles over
-            kept: _Result = pickle.loads(path.read_bytes())
-            return kept
+            kept: _Result = pickle.loads(_read(path))
+            if _returns(function, kept):
+                return kept
         result = function(*inputs)
-        beside = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
         with suppress(OSError):  # no room, or no right to write there: another process derives it again
-            beside.write_bytes(_written(result, False))
-            beside.replace(path)
-        with suppress(OSError):
-            beside.unlink(missing_ok=True)
+            _write(path, _written(result, False))
         return result
 
     return derived
+
+
+def _returns(function: Callable[..., Any], value: object) -> bool:
+    """Whether a value is of the type that the function returns."""
+    stated = get_type_hints(function)["return"]
+    kinds = get_args(stated) if isinstance(stated, UnionType) else (stated,)
+    return isinstance(value, tuple(get_origin(kind) or kind for kind in kinds))
+
+
+def _digest(path: Path, content: bytes) -> bytes:
+    """With the name of the file, so that one that was renamed is not taken for another."""
+    return sha256(path.name.encode() + content).digest()
+
+
+def _read(path: Path) -> bytes:
+    """What was written into a file. Raises ``OSError`` or ``ValueError`` where it is not there, not private or damaged."""
+    with os.fdopen(os.open(path, _READ), "rb") as file:
+        if not _is_own(os.fstat(file.fileno())):
+            raise ValueError
+        content = file.read()
+    digest, content = content[:_DIGEST], content[_DIGEST:]
+    if digest != _digest(path, content):
+        raise ValueError
+    return content
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Beside its place, and moved there: never half there, and readable by the user alone."""
+    beside = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}")
+    try:
+        with os.fdopen(os.open(beside, _CREATE, 0o600), "wb") as file:
+            file.write(_digest(path, content) + content)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _is_own(of: os.stat_result) -> bool:
+    """Whether a file belongs to the user and nobody else may write it; on Windows it is where the folder is."""
+    return _WINDOWS or (of.st_uid == os.geteuid() and not of.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether what a folder has can be trusted. Where it is there and cannot, this is said once in a process."""
+    try:
+        private = folder.resolve().is_relative_to(Path.home()) if _WINDOWS else _is_own(os.lstat(folder))
+    except (OSError, RuntimeError):
+        return False
+    if not private:
+        _warn_once(folder)
+    return private
+
+
+@cache
+def _warn_once(folder: Path) -> None:
+    why = "is not in your profile folder" if _WINDOWS else "is not yours alone (others may write there)"
+    warnings.warn(f"the cache folder {folder} {why}: it is not used; see WUCHT_CACHE_DIR", RuntimeWarning, stacklevel=2)
 
 
 class _Pickler(pickle.Pickler):
@@ -87,16 +153,26 @@ def _folder() -> Path:
     """The folder for the program as it is; it need not exist where it cannot be made."""
     import sympy
 
-    files = [os.path.join(folder, name) for folder, _, names in os.walk(Path(__file__).parent) for name in names]  # noqa: PTH118
-    states = sorted((path, os.stat(path).st_mtime_ns) for path in files if path.endswith(".py"))  # noqa: PTH116
-    state = sha256(repr((sys.version, sympy.__version__, states)).encode()).hexdigest()[:16]
+    state = sha256(repr((sys.version, sympy.__version__, program_state())).encode()).hexdigest()[:16]
     folder = cache_folder() / f"derived-{state}"
     with suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
         os.utime(folder)
         for old in sorted(folder.parent.glob("derived-*"), key=lambda p: -p.stat().st_mtime)[_PROGRAMS:]:
             rmtree(old, ignore_errors=True)
     return folder
+
+
+def program_state() -> str:
+    """A digest of the contents of all source files: their times may be the same for all, as in reproducible builds."""
+    package = os.path.dirname(__file__)  # noqa: PTH120 - pathlib takes twice as long here
+    names = [os.path.join(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(".py")]  # noqa: PTH118
+    digest = sha256()
+    for name in sorted(names):
+        with open(name, "rb") as file:  # noqa: PTH123
+            digest.update(repr((name[len(package) :], sha256(file.read()).digest())).encode())
+    return digest.hexdigest()
 
 
 def cache_folder() -> Path:

@@ -9,8 +9,10 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import sys
 import tomllib
 from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -132,8 +134,10 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
 
 def _known() -> dict[str, Any]:
     """What the program knows; gathered where it is not kept yet."""
-    file = _cache() / "completion.json"
-    state = repr(max(p.stat().st_mtime_ns for p in (_PACKAGE.parent, *_PACKAGE.rglob("*.py"))))
+    from wucht.disk_cache import cache_folder, program_state
+
+    file = cache_folder() / "completion.json"
+    state = sha256(repr((program_state(), _installed())).encode()).hexdigest()
     with suppress(OSError, ValueError, KeyError):
         kept = json.loads(file.read_text(encoding="utf-8"))
         if kept["state"] == state:
@@ -150,8 +154,9 @@ def _known() -> dict[str, Any]:
     return fresh
 
 
-def _cache() -> Path:
-    """The folder of ``wucht.disk_cache``."""
-    from wucht.disk_cache import cache_folder
-
-    return cache_folder()
+def _installed() -> list[tuple[str, bytes]]:
+    """What other packages offer: their names with versions, and their entry points."""
+    places = [Path(folder) for folder in sys.path if os.path.isdir(folder)]  # noqa: PTH112
+    return sorted(
+        (file.parent.name, file.read_bytes()) for place in places for file in place.glob("*.dist-info/entry_points.txt")
+    )
