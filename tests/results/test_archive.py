@@ -145,3 +145,21 @@ def test_reading_makes_nothing_but_dataclasses(tmp_path: Path, name: str) -> Non
     zarr.create_group(tmp_path / "a", attributes={"tree": tree, "types": [], "digest": sha256(tree.encode()).hexdigest()})
     with pytest.raises(WuchtError, match="is not loaded"):
         archive.read(tmp_path / "a")
+
+
+def test_more_numbers_than_are_written_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(archive, "_AT_ONCE", 7)
+    values = {
+        "many": np.arange(23.0),
+        "few": np.arange(3.0),
+        "table": np.arange(15.0).reshape(3, 5).T,
+        "none": np.zeros((0, 2)),
+    }
+    archive.write(tmp_path / "group", values)
+    assert same(archive.read(tmp_path / "group"), values)
+    assert zarr.open_group(tmp_path / "group", mode="r")["float64"].chunks == (7,)
+
+
+def test_the_size_is_that_of_all_arrays() -> None:
+    inner = Inner(np.zeros(5), "x")
+    assert archive.size({"a": Outer(inner, (inner, inner), 1.0), "b": [np.zeros((2, 3), np.int32)]}) == 3 * 40 + 24

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from hashlib import sha256
@@ -21,6 +21,7 @@ import numpy as np
 from wucht.errors import WuchtError
 
 _KINDS = "biufc"  # of arrays: truth values, integers, real and complex numbers
+_AT_ONCE = 2**20  # numbers that are written at once
 Arrays = dict[str, list[np.ndarray]]  # by type: one after the other
 
 
@@ -30,10 +31,29 @@ def write(path: Path, values: Mapping[str, Any]) -> None:
 
     arrays: Arrays = {}
     tree = json.dumps({name: _packed(value, arrays) for name, value in values.items()})
-    joined = {kind: whole for kind, parts in arrays.items() if (whole := np.concatenate(parts)).size}
-    group = zarr.create_group(path, attributes={"tree": tree, "types": list(joined), "digest": _digest(tree, joined)})
-    for kind, whole in joined.items():
-        group.create_array(kind, data=whole, chunks=whole.shape)
+    kept = {kind: parts for kind, parts in arrays.items() if sum(part.size for part in parts)}
+    group = zarr.create_group(path, attributes={"tree": tree, "types": list(kept), "digest": _digest(tree, kept)})
+    for kind, parts in kept.items():
+        count = sum(part.size for part in parts)
+        array = group.create_array(kind, shape=(count,), dtype=kind, chunks=(min(count, _AT_ONCE),))
+        for k, block in enumerate(_blocks(parts)):
+            array[k * _AT_ONCE : k * _AT_ONCE + len(block)] = block
+
+
+def _blocks(parts: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+    """The numbers of all parts, so many at once: together they may be more than there is room for a second time."""
+    waiting, count = list[np.ndarray](), 0
+    for part in parts:
+        rest = part.ravel()
+        while len(rest):
+            taken = rest[: _AT_ONCE - count]
+            waiting.append(taken)
+            rest, count = rest[len(taken) :], count + len(taken)
+            if count == _AT_ONCE:
+                yield np.concatenate(waiting)
+                waiting, count = [], 0
+    if waiting:
+        yield np.concatenate(waiting)
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -44,7 +64,7 @@ def read(path: Path) -> dict[str, Any]:
         group = zarr.open_group(path, mode="r")
         tree = str(group.attrs["tree"])
         joined = {kind: np.asarray(group[kind][:]) for kind in group.attrs["types"]}
-        if _digest(tree, joined) != group.attrs["digest"]:
+        if _digest(tree, {kind: [whole] for kind, whole in joined.items()}) != group.attrs["digest"]:
             raise ValueError("numbers are missing")
         return {name: _unpacked(value, joined) for name, value in json.loads(tree).items()}
     except Exception as error:
@@ -52,11 +72,25 @@ def read(path: Path) -> dict[str, Any]:
         raise WuchtError(f"{path} cannot be read: {error}") from None
 
 
-def _digest(tree: str, joined: Mapping[str, np.ndarray]) -> str:
+def size(value: Any) -> int:
+    """The bytes of all arrays in frozen data."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, Mapping):
+        return sum(map(size, value.values()))
+    if isinstance(value, tuple | list):
+        return sum(map(size, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return sum(size(getattr(value, f.name)) for f in fields(value))
+    return 0
+
+
+def _digest(tree: str, arrays: Mapping[str, Sequence[np.ndarray]]) -> str:
     digest = sha256(tree.encode())
-    for kind in sorted(joined):
+    for kind in sorted(arrays):
         digest.update(kind.encode())
-        digest.update(np.ascontiguousarray(joined[kind]).tobytes())
+        for part in arrays[kind]:
+            digest.update(np.ascontiguousarray(part).reshape(-1).view(np.uint8).data)
     return digest.hexdigest()
 
 
@@ -84,8 +118,8 @@ def _packed_array(array: np.ndarray, arrays: Arrays) -> Any:
     if array.dtype.kind not in _KINDS or not array.dtype.isnative:
         raise WuchtError(f"an array of {array.dtype} cannot be kept: units of work return arrays of numbers and text")
     parts = arrays.setdefault(array.dtype.name, [])
-    begin = sum(map(len, parts))
-    parts.append(array.ravel())
+    begin = sum(part.size for part in parts)
+    parts.append(array)  # flat only when it is written, one after the other: that may be a copy
     return {"array": array.dtype.name, "begin": begin, "shape": array.shape}
 
 

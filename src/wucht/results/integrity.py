@@ -105,24 +105,29 @@ def _without_checksums(result: xr.Dataset) -> xr.Dataset:
 def _checksums(result: xr.Dataset) -> dict[str, str]:
     """By name. What NetCDF does not keep (the width of a text, the sign of a NaN) does not count."""
     of_variables = {
-        str(name): _checksum(_values(v.values), [list(map(str, v.dims)), list(v.shape), _attributes(v.attrs)])
+        str(name): _checksum(_values(v.values), [list(map(str, v.dims)), v.shape, _type(v.dtype), _attributes(v.attrs)])
         for name, v in result.variables.items()
     }
     return of_variables | {_ATTRIBUTES: _checksum(b"", _attributes(result.attrs))}
 
 
-def _checksum(values: bytes, facts: Any) -> str:
-    return sha256(json.dumps(facts).encode() + values).hexdigest()
+def _checksum(values: bytes | memoryview, facts: Any) -> str:
+    digest = sha256(json.dumps(facts).encode())
+    digest.update(values)
+    return digest.hexdigest()
 
 
-def _values(values: np.ndarray) -> bytes:
+def _type(kind: np.dtype) -> str:
+    return "text" if kind.kind in "OSU" else kind.newbyteorder("<").str
+
+
+def _values(values: np.ndarray) -> bytes | memoryview:
     if values.dtype.kind in "OSU":
         texts = [t.decode(errors="replace") if isinstance(t, bytes) else str(t) for t in values.ravel().tolist()]
         return json.dumps(texts).encode()
-    if values.dtype.kind in "fc":
-        values = np.where(np.isnan(values), np.asarray(np.nan, values.dtype), values)
-    plain = values.dtype.newbyteorder("<")
-    return plain.str.encode() + np.ascontiguousarray(values, plain).tobytes()
+    if values.dtype.kind in "fc" and (missing := np.isnan(values)).any():
+        values = np.where(missing, np.asarray(np.nan, values.dtype), values)
+    return np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1).view(np.uint8).data
 
 
 def _attributes(attributes: Mapping[str, Any]) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import math
 import time
@@ -52,8 +53,15 @@ def save(result: xr.Dataset, path: Path) -> Path:
 
     Put together in memory: HDF5 does not get over a file that cannot be written to its end, and takes the process with it.
     """
+    return_free_memory()
     whole = sealed(result).to_netcdf(engine="h5netcdf")
     return replacing(path, lambda beside: beside.write_bytes(whole))
+
+
+def return_free_memory() -> None:
+    """Give what was freed back to the system: glibc keeps blocks of up to 32 MB, in pieces between which nothing large fits."""
+    with suppress(OSError, AttributeError):  # another C library
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def save_figure(figure: Figure, path: Path) -> Path:

@@ -22,11 +22,13 @@ from uuid import uuid4
 
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results import archive
+from wucht.results.store import return_free_memory
 
 T = TypeVar("T")
 FOLDER = "units"
 _QUESTION = "question"  # attribute of a store
 _EVERY_S = 2.0  # between two writings: a kill loses no more than what was computed since, and the unit that was under way
+_LARGE, _MOST = 8_000_000, 64_000_000  # bytes that wait to be written
 _TRIES = 3  # of writing where another process has removed the store meanwhile
 
 
@@ -38,7 +40,7 @@ class Memory:
         self._store = None if folder is None else _store(folder, self._question)
         self._known: dict[str, Any] = {}
         self._new: dict[str, Any] = {}
-        self._written = clock.perf_counter()
+        self._written, self._size = clock.perf_counter(), 0
 
     @classmethod
     def begun(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
@@ -74,8 +76,14 @@ class Memory:
         """Keep the result of a unit that was computed."""
         if self._store is not None:
             self._new[name] = outcome
-            if clock.perf_counter() - self._written > _EVERY_S:
+            self._size += archive.size(outcome)
+            if clock.perf_counter() - self._written > _EVERY_S or self._size > _MOST:
                 self.flush()
+
+    @property
+    def is_large(self) -> bool:
+        """Whether what is not written yet takes so much memory that it should be, before more is needed."""
+        return self._size > _LARGE
 
     def flush(self) -> None:
         """Write what is new. Raises ``RunError`` where that cannot be done."""
@@ -90,7 +98,7 @@ class Memory:
                 if isinstance(error, FileNotFoundError) and tried < _TRIES:
                     continue
                 raise RunError(f"{self._store} cannot be written: {error.strerror or error}") from None
-        self._new = {}
+        self._new, self._size = {}, 0
 
     def _write(self, store: Path) -> None:
         """A group with what is new; the store too, if it is not there yet or no more."""
@@ -101,6 +109,7 @@ class Memory:
             with suppress(ContainsGroupError):  # another process was faster, with the same
                 zarr.create_group(store, attributes={_QUESTION: self._question})
         archive.write(store / uuid4().hex, self._new)
+        return_free_memory()
 
     def forget(self) -> None:
         """Remove the units of this question."""

@@ -24,7 +24,7 @@ from wucht.results.output_folder import NEW, claimed, commit
 from wucht.results.page import PRINT, Page, made_for
 from wucht.results.provenance import provenance
 from wucht.results.sheet import state
-from wucht.results.store import RESULT, prepare_folder, save, to_json
+from wucht.results.store import RESULT, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.accessor import register
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
@@ -143,6 +143,7 @@ def _answered(
         memory = (Memory.resumed if resumed else Memory.begun)(folder, asked)
 
     def result(findings: Any, finished: bool) -> xr.Dataset:
+        return_free_memory()
         made: xr.Dataset = study.dataset(plan, findings)
         own = [w for w in json.loads(made.attrs["warnings"]) if w not in subject_is.warnings]
         made.attrs |= _common(spec, subject, subject_is, made) | provenance(question, clock.perf_counter() - begun)
@@ -152,6 +153,7 @@ def _answered(
 
     def save_unfinished(findings: Any) -> None:
         if folder is not None:
+            memory.flush()
             save(result(findings, False), new / RESULT)
 
     try:
@@ -159,7 +161,9 @@ def _answered(
         if interrupted:
             memory.flush()
             notes.append("interrupted: this is what was found until then; --resume continues from there")
-        final = result(findings, not interrupted)
+        if memory.is_large:
+            memory.flush()
+        final, findings = result(findings, not interrupted), None  # which may be larger than the result: no more needed
         if folder is not None:
             save(final, new / RESULT)
             _commit(final, folder, write)
@@ -192,6 +196,7 @@ def _last(findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tu
 def _commit(result: xr.Dataset, folder: Path, write: Writer | None) -> None:
     """Put a result, and what is written of it, in the place of an earlier one."""
     if write is not None:
+        return_free_memory()
         write(result, folder / NEW)
     commit(folder)
 

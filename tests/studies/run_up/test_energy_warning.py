@@ -30,12 +30,12 @@ def _booked(share: float) -> xr.Dataset:
     plan = study.prepare(asked, machine_from(MACHINE))
     *_, findings = study.run(plan, Work())
     ((motion,),) = findings.motions
-    last = motion.legs[-1]
+    last = motion.trajectory
     of_run = run(asked, plan.machine)
     largest = max(float(of_run[name].max()) for name in ("stored_energy", "supplied_work"))
     lost = last.quadratures[LOST] + share * largest * np.append(np.zeros(len(last.time) - 1), 1.0)
-    legs = (*motion.legs[:-1], replace(last, quadratures={**last.quadratures, LOST: lost}))
-    result: xr.Dataset = study.dataset(plan, replace(findings, motions=((replace(motion, legs=legs),),)))
+    booked = replace(last, quadratures={**last.quadratures, LOST: lost})
+    result: xr.Dataset = study.dataset(plan, replace(findings, motions=((replace(motion, trajectory=booked),),)))
     return result
 
 

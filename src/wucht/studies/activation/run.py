@@ -76,7 +76,7 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
     opening = {name: _opening(s) for name, s in out.items()}
     first = min((i for i in opening.values() if i is not None), default=None)
     apart = [float(angle[n][first]) for n in pendulums[:2]] if first is not None else []
-    last, top = motion.legs[-1], int(amplitude.argmax())
+    top = int(amplitude.argmax())
     return Done(
         str(motion.verdict.outcome),
         motion.verdict.speed,
@@ -89,7 +89,7 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
         tuple(bool(out[n][-1] > _OUT) for n in pendulums if n in out),
         (apart[1] - apart[0]) % (2 * math.pi) if len(apart) == 2 else math.nan,
         float(np.max(data["energy_residual"][1])),
-        last.failure,
+        motion.trajectory.failure,
         _curve(motion.seen.time, rotor, amplitude),
     )
 

@@ -30,29 +30,23 @@ _FULL_SHARE = 0.9  # of the time that a run of both models takes
 class Motion:
     """What one model did.
 
-    legs: what is stored, of the model's own System; ``trajectory`` is all of them, ``seen`` as one of the machine. last: the
-    last of them.
+    trajectory: what is stored, of the model's own System; ``seen`` is the machine's. last: the last leg.
     """
 
     case: Case
     model: FullModel
     watched: Watched[Observation]
-    legs: tuple[Trajectory, ...]
+    trajectory: Trajectory
     last: Leg[Observation]
-
-    @cached_property
-    def trajectory(self) -> Trajectory:
-        """The motion in the model's own states."""
-        return Trajectory.of(self.legs)
 
     @cached_property
     def seen(self) -> Trajectory:
         """The machine's motion."""
         return self.model.seen(self.trajectory)
 
-    @cached_property
+    @property
     def rows(self) -> Rows:
-        """The states and outputs (N,) of the machine's motion, by name."""
+        """The states and outputs (N,) of the machine's motion, by name: not kept, as they are more than what is stored."""
         return self.model.rows(self.trajectory, self.seen)
 
     @property
@@ -68,7 +62,7 @@ class Motion:
     @cached_property
     def verdict(self) -> Verdict:
         """What became of the machine."""
-        machine, last = self.case.machine, self.legs[-1]
+        machine, last = self.case.machine, self.trajectory
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
         return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
 
@@ -102,7 +96,7 @@ def run_case(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]
     for motion in _motions(spec, case, first, case.horizon.events, None, work.part(first.name, 0.0, share)):
         yield (motion,)
     time = motion.trajectory.time
-    if motion.legs[-1].failure or len(time) < 2:
+    if motion.trajectory.failure or len(time) < 2:
         return
     for other in others:
         for second in _motions(spec, case, other, (), time, work.part(other.name, share, 1.0)):
@@ -118,19 +112,18 @@ def _motions(
 
     watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
     last = watched.begin(model.initial, model.values)
-    legs: tuple[Trajectory, ...] = (last.stored,)
-    yield Motion(case, model, watched, legs, last)
+    motion = Motion(case, model, watched, last.stored, last)
+    yield motion
     if last.stored.ended:
         return
 
     def rate() -> float:
         return watched.rate(last)
 
-    for grid in case.horizon.legs(rate) if at is None else _given(at):
+    for count, grid in enumerate(case.horizon.legs(rate) if at is None else _given(at), 1):
         report, closest = partial(_report, work, grid.end), grid.closest if at is None else None
-        last = work.unit(f"leg {len(legs)}", partial(watched.leg, last, grid.samples, report, closest))
-        legs = (*legs, last.stored)
-        motion = Motion(case, model, watched, legs, last)
+        last = work.unit(f"leg {count}", partial(watched.leg, last, grid.samples, report, closest))
+        motion = Motion(case, model, watched, motion.trajectory.joined(last.stored), last)
         yield motion
         if last.stored.ended or (grid.judged and case.horizon.decided(motion.verdict)):
             return
