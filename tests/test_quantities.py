@@ -1,11 +1,12 @@
 """Units at the edge: what a string means, and what is refused."""
 
 import math
+import re
 
 import pytest
 
 from wucht import quantities
-from wucht.quantities import Unit
+from wucht.quantities import LARGEST, Unit
 
 
 @pytest.mark.parametrize(
@@ -216,3 +217,23 @@ def test_powers_of_powers_are_refused_and_never_computed(given, si):
 @pytest.mark.parametrize(("given", "value"), [("2 kg^1 m^2 m^-2", 2.0), ("3 kg^(1.0)", 3.0), ("4 g**1", 0.004)])
 def test_other_powers_are_read(given, value):
     assert Unit("kg", "mass").parse(given) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("si", ["N/m", "rad", "", "Hz"])
+def test_what_is_beyond_all_physics_is_refused(si):
+    """Products of several quantities are numbers still."""
+    unit = Unit(si, "quantity")
+    assert unit.parse(LARGEST) == LARGEST
+    for given in (1.01e30, 1e308, f"1e300 {si}"):
+        with pytest.raises(ValueError, match=rf"must be a quantity of at most 1e\+30( {re.escape(si)})?$"):
+            unit.parse(given)
+    with pytest.raises(ValueError, match=r"must be a quantity of at least -1e\+30"):
+        unit.parse(-1e31)
+    assert unit.reads(1e31) and not unit.reads("1 parsec per fortnight")
+
+
+def test_what_is_divided_by_is_not_all_but_nothing():
+    mass = Unit("kg", "mass")
+    assert (mass.positive(1e-30), mass.positive("0 kg"), mass.positive(-1)) == (1e-30, 0, -1)
+    with pytest.raises(ValueError, match=r"must be a mass greater than 0 kg, and of at least 1e-30 kg"):
+        mass.positive(1e-320)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from datetime import date, time
 from difflib import get_close_matches
 
-_LONGEST = 80
+_LONGEST = 80  # characters of what was given
+_MOST_KNOWN = 200  # names that are listed; all of the catalogue
 
 
 class WuchtError(Exception):
@@ -48,7 +50,7 @@ class InputError(WuchtError):
 def _brief(given: object) -> str:
     """What was given on one line of bearable length."""
     try:
-        text = repr(given)
+        text = str(given) if isinstance(given, date | time) else repr(given)
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = "a number of thousands of digits"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 20]} ... {text[-10:]}"
@@ -68,4 +70,6 @@ def nearest(given: str, known: Iterable[str]) -> str:
     given = given[:_LONGEST]
     close = get_close_matches(given, names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    return f"{hint}known: {', '.join(n[:_LONGEST] for n in names) or 'none'}"
+    listed = ", ".join(n[:_LONGEST] for n in names[:_MOST_KNOWN]) or "none"
+    more = f" and {len(names) - _MOST_KNOWN} more" if len(names) > _MOST_KNOWN else ""
+    return f"{hint}known: {listed}{more}"

@@ -121,7 +121,9 @@ class Described(BaseModel, metaclass=_Located):
         unit = unit_of(cls, info.field_name) if info.field_name else None
         if unit is None or given is None:
             return given
-        return [unit.parse(g) for g in given] if isinstance(given, list | tuple) else unit.parse(given)
+        positive = any(getattr(limit, "gt", None) == 0 for limit in cls.model_fields[str(info.field_name)].metadata)
+        read = unit.positive if positive else unit.parse
+        return [read(g) for g in given] if isinstance(given, list | tuple) else read(given)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -14,3 +14,8 @@ def safe_name(text: str) -> str:
     """A text as the name of a file or folder: of letters, digits, blanks and ``_ . + -``, stretches of others being ``-``."""
     name = _ALLOWED.sub("-", text)[:_LONGEST].strip(".- ")
     return UNNAMED if not name else f"{name}-" if _DEVICES.fullmatch(name) else name
+
+
+def printable(name: str) -> str:
+    """The name of a file in a text: bytes of it that are no UTF-8 are replaced."""
+    return name.encode("utf-8", "replace").decode("utf-8")

@@ -18,6 +18,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pint
 
+# Of a value in SI. No quantity of mechanics comes near; products and quotients of several are numbers still.
+LARGEST = 1e30
+SMALLEST = 1 / LARGEST
+
 
 @dataclass(frozen=True)
 class Unit:
@@ -30,12 +34,35 @@ class Unit:
     def parse(self, given: object) -> float:
         """A number (already SI) or a string with a unit, as an SI float.
 
-        Raises ``ValueError`` with a sentence: not a number, a wrong dimension, an unknown unit, NaN or infinity.
+        Raises ``ValueError`` with a sentence: not a number, a wrong dimension, an unknown unit, NaN, infinity, or beyond
+        ``LARGEST``.
         """
         value = _parse(given, self.si, self.what)
         if not math.isfinite(value):
             raise ValueError(f"must be a finite {self.what}" + (f" in {self.si}" if self.si else ""))
+        if abs(value) > LARGEST:
+            end = f"at most {self.of(LARGEST)}" if value > 0 else f"at least {self.of(-LARGEST)}"
+            raise ValueError(f"must be {article(self.what)} of {end}")
         return value
+
+    def reads(self, given: object) -> bool:
+        """Whether it is a quantity of this kind, of whatever size."""
+        try:
+            _parse(given, self.si, self.what)
+        except ValueError:
+            return False
+        return True
+
+    def positive(self, given: object) -> float:
+        """As ``parse``; what is greater than 0 must be so by ``SMALLEST``: other numbers are divided by it."""
+        value = self.parse(given)
+        if 0 < value < SMALLEST:
+            raise ValueError(f"must be {article(self.what)} greater than {self.of(0)}, and of at least {self.of(SMALLEST)}")
+        return value
+
+    def of(self, value: float) -> str:
+        """A number with the unit, in a sentence."""
+        return f"{value:g} {self.si}".rstrip()
 
 
 def article(noun: str) -> str:

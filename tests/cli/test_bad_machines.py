@@ -362,6 +362,8 @@ TABLES = {
     "text": ("0,1\n1,abc\n", "line 2", "'abc' is no finite number"),
     "NaN": ("0,1\n1,nan\n", "line 2", "'nan'"),
     "too large": ("0,1\n1,1e400\n", "line 2", "'1e400'"),
+    "beyond all numbers": ("0,1e308\n1,-1e308\n", "line 1", "a torque of at most 1e+30 N m"),
+    "beyond all numbers in its unit": ("speed [rpm],torque [MN m]\n0,1\n1,1e303\n", "line 3", "a finite torque"),
     "unit of another kind": ("speed [kg], torque [N m]\n0,1\n1,2\n", "line 1", "this one is a mass"),
     "unknown unit": ("speed [foo], torque [N m]\n0,1\n1,2\n", "line 1", "'foo' is no known unit"),
     "no unit between brackets": ("speed [], torque [N m]\n0,1\n1,2\n", "line 1"),

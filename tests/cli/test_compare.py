@@ -68,6 +68,9 @@ WRONG = {
     "set too": (("study.toml", "--vary", "u=1,2", "--set", "u=3"), ("study.vary.u", "in set too")),
     "not allowed": (("study.toml", "--vary", "drum.mass=-1,-2"), ("study.toml: machine.bodies[0] (drum).mass",)),
     "too many": (("study.toml", "--vary", f"u={','.join(map(str, range(501)))}"), ("study.vary", "these are 501")),
+    "a thousand times too many": (("study.toml", "--vary", f"u={','.join(map(str, range(50_000)))}"), ("these are 50000",)),
+    "nothing that is set": (("study.toml", "--vary", "drum.mass=1,2", "--set", "bogus={}"), ("machine.set.bogus", "given {}")),
+    "brackets": (("study.toml", "--vary", f"u={5000 * '['}"), ("--vary", "at most 40 brackets")),
     "a result": (("done", "study.toml", "--set", "drum.mass=10"), ("study.of", "this is a result")),
     "a wrong result": (("study.toml", "study.nc"), ("study.nc", "no such file")),
 }

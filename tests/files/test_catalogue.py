@@ -214,3 +214,24 @@ def test_a_key_above_its_table(tmp_path: Path, line: str, says: str) -> None:
     with pytest.raises(InputError) as refusal:
         read_study(str(tmp_path / "a.toml"))
     assert says in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ('"p3.mass" = 1', r"machine\.set\.p3\.mass: given 1; unknown parameter; did you mean 'p2'"),
+        ('"p1.mass" = -1', r"machine\.bodies\[1\] \(p1\)\.mass: given -1; must be a mass greater than 0 kg"),
+    ],
+)
+def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, says):
+    """It may be set right in a file that uses that one; then nothing is said."""
+    Path("inner.toml").write_text(f'[machine]\nuse = "drozdetskaya-2020/r1"\nset = {{ {setting} }}\n')
+    Path("middle.toml").write_text('[machine]\nuse = "inner.toml"\nset = { "p2.mass" = 0.126 }\n')
+    Path("outer.toml").write_text('[machine]\nuse = "middle.toml"\n')
+    with pytest.raises(InputError, match=rf"^outer\.toml: inner\.toml: {says}") as caught:
+        load_machine("outer.toml")
+    assert caught.value.file == "inner.toml"
+    if "p1" in setting:
+        with pytest.raises(InputError, match=r"^outer\.toml: machine\.set\.p4\.mass"):
+            load_machine("outer.toml", {"p1.mass": 0.1, "p4.mass": 1})
+        assert load_machine("outer.toml", {"p1.mass": 0.1}).values["p1.mass"] == 0.1

@@ -1,6 +1,7 @@
 """Which file is read how."""
 
 import importlib
+import os
 import re
 
 import pytest
@@ -28,6 +29,18 @@ def test_no_file(tmp_path, ending):
     (tmp_path / f"folder{ending}").mkdir()
     with pytest.raises(InputError, match="this is a folder; a file is needed"):
         read_recording(tmp_path / f"folder{ending}")
+    os.mkfifo(tmp_path / f"pipe{ending}")
+    with pytest.raises(InputError, match="this is no file with an end, but a pipe or a device"):
+        read_recording(tmp_path / f"pipe{ending}")
+
+
+def test_of_thousands_of_columns_some_are_named(tmp_path):
+    path = tmp_path / "r.csv"
+    names = [f"c{k}" for k in range(20_000)]
+    path.write_text("\n".join(",".join(row) for row in (["time", *names], ["0"] * 20_001, ["1"] * 20_001)))
+    with pytest.raises(InputError, match=r"there is no such column; .* and 19800 more$") as caught:
+        read_recording(path).channel("force")
+    assert len(str(caught.value)) < 2500
 
 
 @pytest.mark.parametrize(

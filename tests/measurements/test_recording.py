@@ -85,6 +85,8 @@ def test_what_is_said_of_a_channel_counts():
         ([0, 2, 1], [1, 2, 3], "the time must increase: sample 3 is at 1 s, the one before it at 2 s; sort the samples"),
         (T, [1, np.nan, np.inf], "the values must be finite numbers: sample 2 is nan, and 1 others are none"),
         ([0, np.nan, 1], [1, 2, 3], "the time must be finite numbers: sample 2 is nan; take"),
+        (T, [1, 1e308, -1e308], "the values must be of at most 1e+30, of either sign: sample 2 is 1e+308"),
+        ([0, 1, 1e306], [1, 2, 3], "the time must be of at most 1e+30, of either sign: sample 3 is 1e+306"),
         (T, [1j, 2, 3], "the values must be a list of real numbers; this is complex"),
         (T, ["a", "b", "c"], "the values must be a list of real numbers; this is text"),
         (T, [[1], [2], [3]], "the values must be a list of real numbers; this is a table of 2 dimensions"),

@@ -33,3 +33,10 @@ def test_it_has_no_unit(tmp_path):
     with pytest.raises(InputError, match=r"r.wav: 1: a sound file has no units"):
         channel.in_si(SPEED)
     assert channel.scaled(1000, "rpm").in_si(SPEED).values == pytest.approx([10.472, 20.944], rel=1e-4)
+
+
+def test_it_has_samples(tmp_path):
+    path = tmp_path / "r.wav"
+    wavfile.write(path, 1000, np.array([], np.int16))
+    with pytest.raises(InputError, match=r"r\.wav: this cannot be read as a sound file: it has no samples"):
+        read_sound(path)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from matplotlib import rc_context, rcParams
 
 import wucht as package
 from wucht.results import arranging, sheet
@@ -61,3 +62,10 @@ def test_panels_of_a_column_have_the_room_that_it_needs() -> None:
     assert max(narrow) == pytest.approx(min(narrow))
     assert edge == pytest.approx(right), "up to the edge of the page"
     assert plain[0] > narrow[0] > 0.8 * plain[0]
+
+
+def test_the_settings_of_the_user_do_not_count() -> None:
+    """Of matplotlib: a style for slides, or TeX that is not installed."""
+    with rc_context({"text.usetex": True, "axes.facecolor": "red", "lines.linewidth": 9.0}), made_for(PRINT):
+        assert (rcParams["text.usetex"], rcParams["axes.facecolor"], rcParams["lines.linewidth"]) == (False, "white", 1.5)
+        assert rcParams["font.size"] == PRINT.font

@@ -41,6 +41,15 @@ def test_a_run_that_would_never_be_over(question: Spec, name: str) -> None:
     assert 1e5 < longest < 1e10
 
 
+def test_vibrations_that_would_never_be_over() -> None:
+    """They take steps even where they have decayed, but for an implicit method and for averaged equations."""
+    stiff = load_machine(R1, {"carrier.stiffness": 1e29})
+    with pytest.raises(InputError, match=r"^study\.until: given 0\.5; these are 7.* free vibrations, .* here 6\.\d+e-05 s$"):
+        room.refuse_turns(RunUp(until=0.5), stiff)
+    for asked in (RunUp(until=0.5, engine="scipy-radau"), RunUp(until=0.5, model="slow"), RunUp(until=1e-5)):
+        room.refuse_turns(asked, stiff)
+
+
 @pytest.mark.parametrize(
     "question", [RunUp(until=2e6), RunUp(settled=True), CoastDown(until=2e6), LoadSpectrum(until=2e6)], ids=lambda q: q.kind
 )

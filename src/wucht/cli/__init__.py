@@ -12,12 +12,16 @@ _OBJECTS = 200_000  # more between two collections: what libraries and formulas 
 
 def main() -> None:
     """Entry point of ``wucht``."""
+    from wucht.cli.surroundings import open_streams, without_settings_of_figures
+
+    open_streams()
     if sys.argv[1:2] == ["complete-words"]:  # a shell asks, as the scripts of ``completion`` do
         from wucht.cli.completing import words
 
         sys.stdout.write("".join(f"{word}\n" for word in words(" ".join(sys.argv[2:]))))
         _leave(0)
     gc.set_threshold(_OBJECTS)
+    without_settings_of_figures()
     from wucht.cli.app import run_app
 
     _leave(run_app())

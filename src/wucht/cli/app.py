@@ -12,6 +12,7 @@ from typing import Any, cast
 import typer
 
 import wucht
+from wucht.cli.surroundings import check_environment
 from wucht.errors import InputError, WuchtError
 
 # Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
@@ -65,8 +66,15 @@ def register() -> None:
         app.command(name, hidden=command is explorer)(_saying(command))
 
 
+class _NobodyReadsError(Exception):
+    """The reader of the output has left, as ``head`` does."""
+
+
 def _saying(command: Callable[..., None]) -> Callable[..., None]:
-    """The command, with Ctrl-C passed on as Typer's Abort: a plain KeyboardInterrupt would end it without a word."""
+    """The command, with Ctrl-C passed on as Typer's Abort: a plain KeyboardInterrupt would end it without a word.
+
+    So would click where nobody reads on, with exit code 1.
+    """
 
     @wraps(command)
     def wrapped(*arguments: Any, **options: Any) -> None:
@@ -74,6 +82,8 @@ def _saying(command: Callable[..., None]) -> Callable[..., None]:
             command(*arguments, **options)
         except KeyboardInterrupt:
             raise typer.Abort from None
+        except BrokenPipeError:
+            raise _NobodyReadsError from None
 
     return wrapped
 
@@ -82,6 +92,7 @@ def run_app() -> int:
     """Run the command line; its exit code: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
     register()
     try:
+        check_environment()
         code = app(standalone_mode=False)
         sys.stdout.flush()  # while it can still be said that this does not work
     except InputError as error:
@@ -90,8 +101,7 @@ def run_app() -> int:
         code = _say(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
         code = _say("interrupted", 130)
-    except BrokenPipeError:
-        sys.stderr.close()
+    except (_NobodyReadsError, BrokenPipeError):
         code = 0
     except OSError as error:  # files say themselves what is wrong with them: this is the output
         code = _say(f"the output cannot be written: {error.strerror or error}", 1)

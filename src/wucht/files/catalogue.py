@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
-from wucht.file_names import safe_name
+from wucht.file_names import printable, safe_name
 from wucht.files.building import MACHINE_KEYS, machine_from
 from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
@@ -156,7 +157,7 @@ def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Pa
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
     described, changes = used_table(document, path, "machine")
-    described.setdefault("title", Path(name).stem)
+    described.setdefault("title", printable(Path(name).stem))
     described = with_settings(described, settings_in(described))
     chosen = _with_changes(described, of_all_first(described, changes | flatten(settings)), with_settings)
     refuse_bare_frequencies(chosen, "machine")
@@ -166,9 +167,67 @@ def described_machine(document: Document, path: Path, name: str, settings: Mappi
 def described_equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[system]`` as it is to be read: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
     described, changes = used_table(document, path, "system")
-    described.setdefault("title", Path(name).stem)
+    described.setdefault("title", printable(Path(name).stem))
     described = with_values(described, settings_in(described, "system"))
     return _with_changes(described, changes | flatten(settings), with_values)
+
+
+def machine_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
+    """The machine of a document, and its table ``[machine]`` as it is built.
+
+    Raises ``InputError``, at the file behind ``use`` in which something is wrong.
+    """
+    return _at_fault(_machine, "machine", document, path, name, settings)
+
+
+def equations_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[OwnEquations, Document]:
+    """The same of a table ``[system]``."""
+    return _at_fault(_equations, "system", document, path, name, settings)
+
+
+def _machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
+    described = described_machine(document, path, name, settings)
+    return machine_from(described), described
+
+
+def _equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[OwnEquations, Document]:
+    described = described_equations(document, path, name, settings)
+    return equations_from(described), described
+
+
+def _at_fault(
+    build: Callable[[Document, Path, str, Mapping[str, Any]], T],
+    key: str,
+    document: Document,
+    path: Path,
+    name: str,
+    settings: Mapping[str, Any],
+) -> T:
+    """What is built of a document. An ``InputError`` is told at the innermost file behind ``use`` that has it by itself."""
+    try:
+        return build(document, path, name, settings)
+    except InputError as error:
+        fault = error
+        for used, used_path in [] if error.file else _behind(document, path, key):
+            try:
+                build(used, used_path, "", {})
+                break
+            except InputError as own:
+                if own.file or (own.key, own.shown) != (error.key, error.shown):
+                    break
+                fault = own.in_file(used_path)
+        raise fault from None
+
+
+def _behind(document: Document, path: Path, key: str) -> list[tuple[Document, Path]]:
+    """The documents that a document uses, and those use, with their files, as far as they can be read."""
+    found, seen = list[tuple[Document, Path]](), [path.resolve()]
+    with suppress(InputError):
+        while "use" in (described := table(document, key, key)):
+            document, path = load_document(str(_used({"use": described["use"]}, path, key, seen)))
+            seen.append(path.resolve())
+            found.append((document, path))
+    return found
 
 
 def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnEquations:
@@ -194,7 +253,7 @@ def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnE
     >>> load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).values
     {'mu': 1.2}
     """
-    return _loaded(name, lambda document, path: equations_from(described_equations(document, path, name, settings or {})))
+    return _loaded(name, lambda document, path: equations_of(document, path, name, settings or {})[0])
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
@@ -221,7 +280,7 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     >>> load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"]
     1.5
     """
-    return _loaded(name, lambda document, path: machine_from(described_machine(document, path, name, settings or {})))
+    return _loaded(name, lambda document, path: machine_of(document, path, name, settings or {})[0])
 
 
 def _loaded(name: str, build: Callable[[Document, Path], T]) -> T:

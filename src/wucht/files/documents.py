@@ -12,6 +12,7 @@ from typing import Any
 from wucht.errors import InputError
 
 Document = dict[str, Any]
+DEEPEST = 40  # tables and lists within each other
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
 
 
@@ -51,11 +52,25 @@ def read_toml(path: Path) -> Document:
         raise InputError.of_file(path, "this is a folder; a study file is needed")
     text = read_text(path)
     try:
-        return tomllib.loads(text)
+        document = tomllib.loads(text)
     except ValueError as error:  # TOMLDecodeError among others, such as integers of thousands of digits
         raise InputError.of_file(path, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
     except RecursionError:
         raise InputError.of_file(path, "the file is no valid TOML: it is nested too deeply") from None
+    if _is_deep(document):  # by keys of many parts
+        raise InputError.of_file(path, f"at most {DEEPEST} tables and lists may lie within each other")
+    return document
+
+
+def _is_deep(document: Document) -> bool:
+    """Whether more than ``DEEPEST`` tables and lists lie within each other."""
+    level: list[Any] = [document]
+    for _ in range(DEEPEST):
+        level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]
+        level = [inner for inner in level if isinstance(inner, dict | list)]
+        if not level:
+            return False
+    return True
 
 
 def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -16,9 +16,11 @@ import sympy as sp
 
 from wucht.errors import InputError, nearest
 from wucht.piecewise import ABSOLUTE, PiecewiseCubic, step
+from wucht.quantities import LARGEST
 
 _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one another
 _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([^\W\d]\w*)|(\*\*|[-+*/^(),])|(\S))")
+_HIGHEST = 1000  # exponent: derivatives of higher powers take forever, and nothing is left of them
 _EXACT = 18  # digits of a number that is kept as a fraction, and largest exponent with which a fraction is raised exactly
 _SIGN = step("sign", 0.0, -1.0, 1.0)
 
@@ -95,6 +97,8 @@ class _Reader:
     def whole(self) -> sp.Expr:
         value = self._sum()
         if self._next.kind == "end":
+            if any(abs(number) > LARGEST for number in value.atoms(sp.Number)):  # factors that stand together
+                raise self._wrong(f"a number in it is beyond {LARGEST:g}")
             return value
         if self._next.text in (")", ","):
             raise self._wrong(f"there is no '(' to the {self._next.text!r} at character {self._next.place}")
@@ -139,6 +143,8 @@ class _Reader:
         if self._taken("^", "**") is None:
             return base
         exponent = self._nested(self._factor)
+        if exponent.is_number and not base.is_number and abs(exponent) > _HIGHEST:
+            raise self._wrong(f"an exponent is beyond {_HIGHEST}")
         if not (base.is_number and exponent.is_number):
             return self._real(base**exponent)
         if base.is_Rational and exponent.is_Integer and abs(exponent) <= _EXACT and (base or exponent > 0):
@@ -209,6 +215,8 @@ class _Reader:
                 finite = False
         if not finite:
             raise self._wrong("a part of it is no finite real number")
+        if value.is_number and abs(float(value)) > LARGEST:
+            raise self._wrong(f"a number in it is beyond {LARGEST:g}")
         return value
 
     def _shown(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -71,6 +71,9 @@ def _set(document: Document, path: str, value: Any) -> None:
         return
     parts = _addressable(document)
     key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
+    if path in parts:
+        inside = ", ".join(sorted(_keys_in(*parts[path]))) or "none"
+        raise InputError(where, value, f"this is a part; set one of its keys as {path}.KEY: {inside}")
     if key is None:
         raise InputError(where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'")
     described, cls = parts[key]
@@ -112,6 +115,11 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str,
     for other in _INSTEAD.get(inner[0], ()):
         target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
     target[inner[0]] = value
+
+
+def _keys_in(described: Document, cls: type[BaseModel] | None) -> Iterable[str]:
+    """The keys that a part's table has, and those that it may have."""
+    return {*described, *(() if cls is None else fields_of(cls, given=True))} - {"kind", "name"}
 
 
 def _optional_table(cls: type[BaseModel], key: str) -> type[BaseModel] | None:

@@ -39,7 +39,7 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
             if headed and not rows and _is_heading(line):
                 example = "; ".join(f"{u.what} [{u.si}]" for u in units)
                 raise ValueError(f"{_cells(line)[0]!r} is no finite number; write units beside the names: {example}")
-            row = [n * f for n, f in zip(_row(line, units), scale, strict=True)]
+            row = [u.parse(n * f) for n, f, u in zip(_row(line, units), scale, units, strict=True)]
             if rows and row[0] <= rows[-1][0]:
                 raise ValueError(f"the {units[0].what} does not increase")
         except ValueError as error:

@@ -30,5 +30,12 @@ def read_recording(path: Path) -> Recording:
     if reader is None:
         raise InputError.of_file(path, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}")
     if not path.is_file():
-        raise InputError.of_file(path, "this is a folder; a file is needed" if path.is_dir() else "there is no such file")
+        raise InputError.of_file(path, _no_file(path))
     return reader(path)
+
+
+def _no_file(path: Path) -> str:
+    """What is wrong where no file is."""
+    if path.is_dir():
+        return "this is a folder; a file is needed"
+    return "this is no file with an end, but a pipe or a device" if path.exists() else "there is no such file"

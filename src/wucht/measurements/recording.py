@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.errors import InputError, nearest
-from wucht.quantities import Unit, article
+from wucht.quantities import LARGEST, Unit, article
 
 TIME = Unit("s", "time")
 SPEED = Unit("rad/s", "angular speed")
@@ -26,7 +26,7 @@ class Channel:
     the samples in s, increasing, in steps that may differ. values (n,).
 
     Raises ``InputError`` for less than two samples, times and values of different number, a time that does not increase, and
-    what is no finite number.
+    what is no finite number, or beyond ``LARGEST``.
     """
 
     source: str
@@ -122,6 +122,10 @@ def _numbers(given: object, where: str, key: str) -> np.ndarray:
     if len(bad):
         held = f"sample {bad[0] + 1} is {array[bad[0]]}" + (f", and {len(bad) - 1} others are none" if len(bad) > 1 else "")
         raise InputError(where, None, f"the {key} must be finite numbers: {held}; take such samples out")
+    beyond = np.flatnonzero(np.abs(array) > LARGEST)
+    if len(beyond):
+        held = f"sample {beyond[0] + 1} is {array[beyond[0]]:g}"
+        raise InputError(where, None, f"the {key} must be of at most {LARGEST:g}, of either sign: {held}")
     return array
 
 

@@ -21,6 +21,8 @@ def read_sound(path: Path) -> Recording:
     with reading(path, "a sound file"), warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)  # of chunks that hold no samples
         rate, samples = wavfile.read(path)
+        if not len(samples):
+            raise ValueError("it has no samples")
     columns = samples.reshape(len(samples), -1)
     time = np.arange(len(columns)) / rate
     source = str(path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,7 +77,7 @@ def _layout(source: str, lines: list[str]) -> _Layout:
         if len(names) != len(cells):
             allowed = f"line {number + 1}: there are {len(cells)} columns; the heading has {len(names)}"
             raise InputError(source, None, allowed)
-        twice = next((n for n in names if names.count(n) > 1), None)
+        twice = next((n for n, count in Counter(names).items() if count > 1), None)
         if twice is not None:
             raise InputError(source, None, f"two columns are called {twice!r}; each needs a name of its own")
         return _Layout(separator, tuple(names), tuple(units), number)

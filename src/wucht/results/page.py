@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 
@@ -71,12 +72,20 @@ def small() -> float:
 
 @contextmanager
 def made_for(page: Page) -> Iterator[None]:
-    """Figures that are made or written within are for this page."""
+    """Figures that are made or written within are for this page, whatever the user's own settings of matplotlib are."""
     from matplotlib import rc_context
 
     token = _CURRENT.set(page)
     try:
-        with rc_context(page.settings):
+        with rc_context(_defaults() | page.settings):
             yield
     finally:
         _CURRENT.reset(token)
+
+
+@cache
+def _defaults() -> dict[Any, Any]:
+    """The settings with which matplotlib comes, but for what shows figures on a screen."""
+    from matplotlib import rcParamsDefault
+
+    return {name: value for name, value in rcParamsDefault.items() if name != "backend"}

@@ -11,6 +11,7 @@ from typing import Any
 from wucht.cams.drive import TABLES, CamDrive, drive_from
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError, nearest
+from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
 from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, refuse_bare_frequencies
@@ -30,7 +31,7 @@ class OfCamDrive:
             _set(described, key, value)
             differing |= {key: value} if described != before else {}
         refuse_bare_frequencies(described)
-        title = changed_title(str(document.get("title", path.stem)), differing)
+        title = changed_title(str(document.get("title", printable(path.stem))), differing)
         return drive_from(described, title, path.parent), described
 
     def describe(self, subject: Any) -> Description:

@@ -22,7 +22,7 @@ from uuid import uuid4
 
 import numpy as np
 
-from wucht.errors import InputError, RunError
+from wucht.errors import InputError, RunError, nearest
 from wucht.results.provenance import versions
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ Told = Callable[[float], None]  # the share of a task that is done, 0 to 1; may 
 Task = Callable[[Told], T]
 _AHEAD = 2  # tasks a thread of the workers that are submitted: one under way, one waiting
 _ANSWER_S = 5.0  # in which a scheduler must answer
+_PROTOCOLS = ("tcp", "tls", "ucx", "ws", "wss")
+_LAST_PORT, _DIGITS = 65535, 6  # digits of a port that are looked at
 _TICK_S = 0.1  # between two looks at whether the user has asked to stop
 _LOOK_S = 2.0  # between two looks at which workers there are
 _TELL_S = 1.0  # between two words of a worker on how far it is
@@ -134,13 +136,14 @@ def _counted(workers: Mapping[str, int]) -> str:
 def cluster_at(address: str | None) -> Iterator[Cluster | None]:
     """The workers of the scheduler at an address while the block lasts; None without an address.
 
-    Raises ``InputError`` where none answers, where it is of another version, and without dask.distributed.
+    Raises ``InputError`` for what is no address, where none answers, where it is of another version, and without
+    dask.distributed.
     """
     if address is None:
         yield None
         return
-    if "://" not in address:
-        raise InputError("--scheduler", address, "must be the address of a scheduler, such as tcp://host:8786")
+    if (wrong := what_is_wrong(address)) is not None:
+        raise InputError("--scheduler", address, f"must be the address of a scheduler, such as tcp://host:8786: {wrong}")
     try:
         from distributed import Client
     except ImportError:
@@ -158,6 +161,33 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
             yield Cluster(client, address)
         finally:
             client.close()
+
+
+def what_is_wrong(address: str) -> str | None:
+    """What of ``PROTOCOL://HOST:PORT`` an address lacks, None if nothing."""
+    protocol, separator, place = address.partition("://")
+    if not separator:
+        return f"it begins with no protocol, one of {', '.join(_PROTOCOLS)}"
+    if protocol not in _PROTOCOLS:
+        return f"unknown protocol; {nearest(protocol, _PROTOCOLS)}"
+    return _what_is_wrong_behind(place.removesuffix("/"))
+
+
+def _what_is_wrong_behind(place: str) -> str | None:
+    """The same of ``HOST:PORT``; an address of IPv6, which has colons itself, stands in brackets."""
+    host, colon, port = place.partition(":")
+    if place.startswith("["):
+        host, closed, rest = place[1:].partition("]")
+        colon, port = rest[:1], rest[1:]
+        if not closed:
+            return "the bracket of its host is not closed"
+    if not host or any(letter.isspace() for letter in host):
+        return "a blank is no part of a host's name" if host else "it names no host"
+    if colon != ":":
+        return "it has no port"
+    if not (port.isascii() and port.isdigit() and 1 <= int(port[:_DIGITS]) <= _LAST_PORT):
+        return f"its port must be a whole number from 1 to {_LAST_PORT}; an address of IPv6 stands in brackets"
+    return None
 
 
 @contextmanager

@@ -11,13 +11,14 @@ from typing import Any
 from wucht.analysis.time_constants import highest_speed
 from wucht.errors import InputError, RunError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed
+from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.studies.spec import Spec
 
 BYTES = 8  # of a number
 _COPIES = 3  # of what is stored: while it is joined, as a Dataset, and as the file
 _SHARE = 0.8  # of the machine's memory; libraries and other programs have the rest
-_MOST_TURNS = 1e9  # weeks of computing
+_MOST_TURNS = 1e9  # weeks of computing; as many vibrations of the carrier, of which each takes steps, too
+_IMPLICIT = "scipy-radau"  # the engine that does not follow vibrations that have decayed
 _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # what a container may have
 REMEDY = "ask for a shorter time, or for fewer runs or points"
 
@@ -47,17 +48,20 @@ def refuse_numbers(numbers: float) -> None:
 
 
 def refuse_turns(spec: Spec, subject: Any) -> None:
-    """Raises ``InputError`` where a run until the time asked for would not be over in weeks."""
+    """Raises ``InputError`` where a run until the time asked for would not be over in weeks: by its turns or vibrations."""
     until = getattr(spec, "until", None)
     if not isinstance(until, float) or not isinstance(subject, Machine):
         return
     free = [abs(free_speed(subject, rotor) or 0.0) for rotor in subject.rotors]
-    turns = until * min(max(free), highest_speed(subject)) / (2 * math.pi)
-    if turns > _MOST_TURNS:
-        longest = until * _MOST_TURNS / turns
-        unit = f" {subject.units.time}" if subject.units.time else ""
-        allowed = f"these are {turns:.3g} turns, and at most {_MOST_TURNS:.3g} can be computed, here {longest:.3g}{unit}"
-        raise InputError("study.until", until, allowed)
+    frequencies = {"turns": min(max(free), highest_speed(subject))}
+    if getattr(spec, "model", "full") != "slow" and getattr(spec, "engine", None) != _IMPLICIT:
+        frequencies["free vibrations"] = max(natural_frequencies(subject).values(), default=0.0)
+    for what, fastest in frequencies.items():
+        count = until * fastest / (2 * math.pi)
+        if count > _MOST_TURNS:
+            longest = f"{until * (_MOST_TURNS / count):.3g} {subject.units.time}".rstrip()
+            allowed = f"these are {count:.3g} {what}, and at most {_MOST_TURNS:.3g} can be computed, here {longest}"
+            raise InputError("study.until", until, allowed)
 
 
 def out_of_memory(error: MemoryError) -> RunError:

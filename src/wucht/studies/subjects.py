@@ -10,10 +10,10 @@ from typing import Any, Protocol
 
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError
-from wucht.files.building import machine_from
-from wucht.files.catalogue import ABOUT, described_equations, described_machine
+from wucht.files.catalogue import ABOUT, machine_of
+from wucht.files.catalogue import equations_of as own_equations_of
 from wucht.files.documents import Document
-from wucht.files.own_equations import OwnEquations, equations_from
+from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.studies.fingerprints import fingerprint_of_machine, fingerprint_of_system
 from wucht.studies.spec import Spec
@@ -53,8 +53,8 @@ class OfMachine:
         if "system" in document and "machine" not in document:
             raise InputError("system", None, "this study is asked of a machine: needed is a table [machine]")
         refuse_unknown(document, (*ABOUT, "machine"), "")
-        described = described_machine(document, path, name, settings)
-        return machine_from(described), {"machine": described}
+        machine, described = machine_of(document, path, name, settings)
+        return machine, {"machine": described}
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
@@ -83,8 +83,8 @@ class OfMachineOrSystem:
         if "machine" in document:
             raise InputError("system", None, "a study is asked of one thing: give either [machine] or [system]")
         refuse_unknown(document, (*ABOUT, "system"), "")
-        described = described_equations(document, path, name, settings)
-        return equations_from(described), {"system": described}
+        equations, described = own_equations_of(document, path, name, settings)
+        return equations, {"system": described}
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""

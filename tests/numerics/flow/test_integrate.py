@@ -164,7 +164,7 @@ def test_the_state_at_a_failure_is_a_number(engine):
 
 def test_parameters_that_divide_by_zero_are_refused_with_a_sentence(engine):
     system = System((x,), (x / k,), (k,))
-    with pytest.raises(RunError, match=r"cannot be evaluated at these parameters \(a division by zero\): k = 0"):
+    with pytest.raises(RunError, match=r"cannot be evaluated at these parameters \(a division by zero, or .*\): k = 0"):
         integrate(compile_system(system, engine=engine), [1.0], {"k": 0.0}, np.linspace(0, 1, 5))
 
 

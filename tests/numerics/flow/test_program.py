@@ -59,7 +59,7 @@ def test_what_is_another_line_or_its_opposite_or_a_multiple_is_put_into_what_use
 def test_parameters_with_which_nothing_can_be_computed():
     system = System((a,), (a / (m - l),), (m, l))
     program = lower(system, system.derivatives)
-    with raises(RunError, match=r"division by zero\): m = 2, l = 2"):
+    with raises(RunError, match=r"division by zero, or .*\): m = 2, l = 2"):
         program.constant_values([2.0, 2.0])
     with raises(RunError, match="m = nan"):
         program.constant_values([np.nan, 1.0])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from datetime import date, time
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,31 @@ from wucht.studies.study_file import read_comparison
 Study = Callable[..., Path]
 SHORT = {"study.until": "0.02 s"}
 SLOPES, SLOPE = ["0.03 N m s", "0.05 N m s"], "slope of the torque over speed, drive"
+
+
+REFUSED = {
+    "a date": ({}, {"drive.slope": [date(1979, 5, 27), 0.03]}, r"study\.vary\.drive\.slope\[0\]: given 1979-05-27; .* a date"),
+    "a time of day": (
+        {},
+        {"study.start.p1": [0.1, [time(12)]]},
+        r"study\.vary\.study\.start\.p1\[1\]: given 12:00:00; .* a date",
+    ),
+    "a table of nothing": ({"bogus": {}}, {"drive.slope": [0.03, 0.04]}, r"machine\.set\.bogus: given {}; unknown parameter"),
+    "far too many": ({}, {"drive.slope": [0.03] * 3000, "p1.mass": [0.1] * 3000}, r"study\.vary: .*; these are 9000000$"),
+}
+
+
+@pytest.mark.parametrize(("set_", "vary", "says"), REFUSED.values(), ids=REFUSED.keys())
+def test_what_cannot_be_varied_is_refused_at_once(
+    study: Study, set_: dict[str, Any], vary: dict[str, list[Any]], says: str
+) -> None:
+    with pytest.raises(InputError, match=says):
+        read_comparison([str(study())], set_, vary)
+
+
+def test_a_file_whose_name_is_no_text(here: Path) -> None:
+    with pytest.raises(InputError, match=r"study\.of: given 'a\\udcff\.toml'; must be a name in UTF-8"):
+        read_comparison([os.fsdecode(b"a\xff.toml"), "b.toml"])
 
 
 def test_each_variant_is_what_its_study_says_alone(study: Study) -> None:

@@ -44,6 +44,7 @@ CASES = {
     "half a line": (RECORD, COUNTING, "woehler = { k = 5, ND = 1e6 }", ("study.woehler.SD", "missing", "at the knee")),
     "unit of the line": (RECORD, COUNTING, LINE.replace("1 kN", "100 MPa"), ("study.woehler.SD", "'100 MPa'", "a number in N")),
     "slope": (RECORD, COUNTING, LINE.replace("k = 5", "k = -5"), ("study.woehler.k", "greater than 0")),
+    "steep slope": (RECORD, COUNTING, LINE.replace("k = 5", "k = 300"), ("study.woehler.k", "at most 100")),
     "rule": (RECORD, COUNTING, LINE.replace("}", ', miner = "corten" }'), ("study.woehler.miner", "'elementary' or 'haibach'")),
     "two rules": (
         RECORD, COUNTING, LINE.replace("}", ', miner = "original", k2 = 9 }'), ("study.woehler.k2", "either k2 or miner"),
@@ -77,3 +78,14 @@ def test_a_record_has_no_machine_to_set(refused, here):
 def test_a_cycle_of_the_woehler_line_is_one() -> None:
     """In the words of units a cycle is 2 pi."""
     assert Woehler(k=5, ND="2e6 cycles", SD="1 kN").ND == 2e6
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_a_damage_that_is_no_number_is_a_failed_run(wucht, here):
+    (here / "record.csv").write_text("time [s],force [N],strain\n0,-2,1\n1,1,2\n2,-3,1\n3,2,3\n4,-1,0\n", encoding="utf-8")
+    line = LINE.replace("k = 5", "k = 100").replace("1 kN", "1 nN")
+    (here / "spectrum.toml").write_text(RECORD.replace(COUNTING, f"{COUNTING}\n{line}"), encoding="utf-8")
+    done = wucht("run", "spectrum.toml", "-o", "out", "--json")
+    assert done.code == done.document["exit_code"] == 1
+    assert "wucht: the damage is too large for a number: the largest amplitude is 2.5e+09 times study.woehler.SD" in done.err
+    assert done.document["summary"]["damage"] is None and done.document["summary"]["cycles"] > 0

@@ -69,7 +69,7 @@ def test_the_template_runs(wucht: Command) -> None:
     assert "verdict" in done.out
 
 
-@pytest.mark.parametrize("rate", ["1e-30", "1e30", "1e-320", "1e300"])
+@pytest.mark.parametrize("rate", ["1e-30", "1e30", "1e-320", "1e29"])
 def test_a_rate_that_takes_forever_or_no_time_is_refused(wucht: Command, refused: Refused, rate: str) -> None:
     assert wucht("new", "sweep").code == 0
     refused("run", "sweep.toml", "--set", f"study.rate={rate}", says=("sweep.toml", "study.rate", "must be a rate from"))

@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from wucht.errors import InputError, nearest
+from wucht.quantities import LARGEST
 
 Points = Sequence[tuple[float, float]] | np.ndarray
 _Phase = tuple[float, float, float, float, float]  # of the acceleration: length, constant, cosine, sine, angular frequency
@@ -184,8 +185,9 @@ def spline(points: Points = (), degree: int = 5) -> StandardLaw:
 def _with_ends(points: Points) -> tuple[np.ndarray, np.ndarray]:
     """The shares (m,) of arc and stroke, from (0, 0) to (1, 1)."""
     given = np.asarray(points, float) if len(points) else np.empty((0, 2))
-    if given.ndim != 2 or given.shape[1] != 2 or not np.isfinite(given).all():
-        raise InputError("law.points", given.tolist(), "must be pairs of finite numbers: share of the arc, share of the stroke")
+    if given.ndim != 2 or given.shape[1] != 2 or not (np.abs(given) <= LARGEST).all():
+        allowed = f"must be pairs of finite numbers: share of the arc, share of the stroke, of at most {LARGEST:g}"
+        raise InputError("law.points", given.tolist(), allowed)
     has_first, has_last = len(given) and given[0, 0] == 0, len(given) and given[-1, 0] == 1
     all_of_them = np.concatenate([*([] if has_first else [[[0.0, 0.0]]]), given, *([] if has_last else [[[1.0, 1.0]]])])
     if (all_of_them[0, 1], all_of_them[-1, 1]) != (0, 1):

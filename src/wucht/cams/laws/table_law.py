@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from wucht.errors import InputError
+from wucht.quantities import LARGEST
 
 _TURN = 2 * math.pi
 _ROUNDED = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded
@@ -43,6 +44,9 @@ class TableLaw:
         bad = np.flatnonzero(~(np.isfinite(phi) & np.isfinite(psi)))
         if len(bad):
             raise InputError("law.file", None, f"point {bad[0] + 1} is not made of two finite numbers")
+        beyond = np.flatnonzero(np.maximum(np.abs(phi), np.abs(psi)) > LARGEST)
+        if len(beyond):
+            raise InputError("law.file", None, f"point {beyond[0] + 1} has a number beyond {LARGEST:g}, of either sign")
         falls = np.flatnonzero(np.diff(phi) <= 0)
         if len(falls):
             at, after = np.degrees(phi[[falls[0], falls[0] + 1]])

@@ -65,8 +65,4 @@ def unit_of_output(given: Iterable[tuple[str, float | str]], known: str | None) 
 
 
 def _reads(unit: Unit, given: str) -> bool:
-    try:
-        unit.parse(given)
-    except ValueError:
-        return False
-    return any(c.isalpha() or c == "°" for c in given)
+    return unit.reads(given) and any(c.isalpha() or c == "°" for c in given)

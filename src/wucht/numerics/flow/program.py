@@ -24,6 +24,7 @@ from wucht.system import TIME, System, needed_definitions
 
 Numbers = Sequence[float] | np.ndarray
 # Given by its name, SymPy would load all of a library: "from numpy import *" takes as long as ten functions.
+_ADDED = "_"  # begins the names of parameters that nobody gave
 _LIBRARIES = {"numpy": np, "math": math, "cmath": cmath}
 Assignments = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
@@ -53,8 +54,10 @@ class Program:
         except (ZeroDivisionError, OverflowError, ValueError):
             values = np.array([math.nan])
         if not np.isfinite(values).all():
-            named = ", ".join(f"{p.name} = {v:g}" for p, v in zip(self.parameters, parameters, strict=True))
-            raise RunError(f"the equations cannot be evaluated at these parameters (a division by zero): {named}")
+            own = [(p.name, v) for p, v in zip(self.parameters, parameters, strict=True) if not p.name.startswith(_ADDED)]
+            named = ", ".join(f"{name} = {v:g}" for name, v in own) or "none"
+            why = "a division by zero, or a number that is too large"
+            raise RunError(f"the equations cannot be evaluated at these parameters ({why}): {named}")
         return values
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.errors import WuchtError
+from wucht.errors import RunError, WuchtError
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_curve, last_lap
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
@@ -21,6 +21,7 @@ _LEG, _SPACING = 0.25, 1e-3  # of the window: how far is integrated at a time, a
 _MOST_KINKS = 200  # that a curve may meet in a leg: more are met where it slides along a jump of the equations
 _REST = 1e-4  # of the usual speed: below, time counts instead of length
 _STANDING = 1e-3  # of the length of a leg: a curve that gets no farther is at rest
+_ROUNDING = 1e-14  # of a Jacobian in units of the window: a decay below it is none
 _TRAP, _HALVINGS = 5e-3, 12  # of the window: the largest trap around a fixed point, and how often it is halved until it is one
 _RINGS, _ANGLES = 6, 32  # at how many states of a trap it is seen that curves go inwards
 _PASSING, _AWAY = 3e-3, 1.2e-2  # of the window: how near a saddle is looked at, and how far from it a curve was before
@@ -216,11 +217,17 @@ class _Trap:
 
 
 def _trap(plane: Plane, point: FixedPoint) -> _Trap:
-    """The ellipse of Lyapunov's equation, so small that z^T metric z is seen to fall along all curves inside it."""
+    """The ellipse of Lyapunov's equation, so small that z^T metric z is seen to fall along all curves inside it.
+
+    Raises ``RunError`` in a window so large that nothing of the attraction is left in its units.
+    """
     from scipy.linalg import solve_continuous_lyapunov
 
     scale, way = plane.scale, point.attracts
     matrix = way * plane.jacobian(point.state[:, None])[..., 0] * scale[None, :] / scale[:, None]
+    if not np.linalg.eigvals(matrix).real.max() < -_ROUNDING * np.abs(matrix).max():
+        at = ", ".join(f"{x:.4g}" for x in point.state)
+        raise RunError(f"the fixed point at ({at}) attracts too narrowly to be seen in this window: ask for smaller ranges")
     metric = solve_continuous_lyapunov(matrix.T, -np.eye(2))
     size = _TRAP * np.sqrt(np.linalg.eigvalsh(metric)[0])  # the longest half axis is _TRAP
     around = np.linspace(0, 2 * np.pi, _ANGLES, endpoint=False)

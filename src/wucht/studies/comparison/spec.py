@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import date, time
 from itertools import product
+from math import prod
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
+from wucht.file_names import printable
 from wucht.studies import spec as common
 
 MOST_VARIED, MOST_VARIANTS = 2, 500
@@ -18,6 +21,9 @@ def _sources(given: Any) -> Any:
     texts = isinstance(given, list | tuple) and given and all(isinstance(g, str) and g.strip() for g in given)
     if not texts:
         raise ValueError('must be a list of study files, catalogue names and folders of results: of = ["A", "B"]')
+    for name in given:
+        if printable(name) != name:
+            raise InputError("study.of", name, "must be a name in UTF-8: it stands in the result")
     return tuple(given)
 
 
@@ -34,16 +40,27 @@ def _lists(given: Any) -> Any:
     for path, values in table.items():
         if not isinstance(values, list | tuple) or not values:
             raise InputError(f"study.vary.{path}", values, "must be a list of values")
+        for i, value in enumerate(values):
+            if (found := _date_in(value)) is not None:
+                raise InputError(f"study.vary.{path}[{i}]", found, "must be a number or a text: a date is no value of anything")
     if len(table) > MOST_VARIED:
         raise InputError("study.vary", sorted(table), f"at most {MOST_VARIED} parameters are varied at once")
     return {path: tuple(values) for path, values in table.items()}
+
+
+def _date_in(value: Any) -> date | time | None:
+    """A date or a time of day in a value, as TOML has them; None if there is none."""
+    if isinstance(value, date | time):
+        return value
+    inside = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
+    return next((found for one in inside if (found := _date_in(one)) is not None), None)
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """By path: TOML reads ``b1.damping = 3`` as a table within a table."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
-        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}
+        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) and value else {prefix + key: value}
     return flat
 
 
@@ -69,7 +86,7 @@ class Comparison(common.Spec):
 
     def check(self) -> None:
         """At least two variants, and not more than can be looked at."""
-        count = len(self.of) * len(self.combinations)
+        count = len(self.of) * prod(map(len, self.vary.values()))
         if not 2 <= count <= MOST_VARIANTS:
             allowed = f"there must be 2 to {MOST_VARIANTS} variants, files times values; these are {count}"
             raise InputError("study.vary" if self.vary else "study.of", None, allowed)

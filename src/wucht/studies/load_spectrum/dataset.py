@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,8 +77,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     name = plan.signal.name[:1].upper() + plan.signal.name[1:]
     result = xr_.Dataset(dict(data.items()), coords=coordinates)
     outcome = {} if findings.verdict is None else {"outcome": summary["outcome"]}
+    failure = findings.failure or _without_bounds(plan, summary)
     return answered(
-        result, summary, _sentence(summary), _warnings(plan, findings, whole, summary), findings.failure, signal=name, **outcome
+        result, summary, _sentence(summary), _warnings(plan, findings, whole, summary), failure, signal=name, **outcome
     )
 
 
@@ -118,6 +120,14 @@ def _damage(plan: Plan, whole: CountedLoad, half: CountedLoad, duration: float) 
         "life": duration / damage if damage else None,
         "damage_of_half": float(plan.line.damages(half.cycles).sum()),
     }
+
+
+def _without_bounds(plan: Plan, summary: dict[str, Any]) -> str | None:
+    """Why the damage is no finite number, None if it is one."""
+    if plan.line is None or math.isfinite(summary["damage"]):
+        return None
+    times = f"{summary['largest_range'] / 2 / plan.line.SD:.3g} times study.woehler.SD"
+    return f"the damage is too large for a number: the largest amplitude is {times}; check their units, and the slope k"
 
 
 def _change_of_damage(plan: Plan, whole: CountedLoad, half: CountedLoad) -> float | None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError
+from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
 from wucht.files.documents import Document, contents_of
 from wucht.machines.machine import Machine
@@ -41,7 +42,7 @@ class OfMachineOrRecords:
         refuse_unknown(document, ABOUT, "")
         for key, given in settings.items():
             raise InputError(key, given, "there is no table [machine] in which this could be set")
-        return Records(path.parent, str(document.get("title", path.stem))), {}
+        return Records(path.parent, str(document.get("title", printable(path.stem)))), {}
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""

@@ -15,6 +15,7 @@ from wucht.studies.run_up.spec import RunUp, SingleRun
 from wucht.studies.spec import Quantity
 
 COMPUTED = ("displacement", "spring-force", "bearing-force", "acceleration")
+_STEEPEST = 100.0  # slope of a Woehler line: those of materials are 3 to 20
 MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "acceleration"]
 _SIGNALS = (
     "'displacement', 'spring-force', 'bearing-force' or 'acceleration' of a machine's run-up, or a record: "
@@ -42,11 +43,11 @@ class Woehler(Described):
     ``"original"`` nothing, ``"elementary"`` the line goes on, ``"haibach"`` with the slope 2 k - 1; k2: instead, a slope.
     """
 
-    k: float = si("", "slope of the Woehler line", gt=0)
+    k: float = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
     ND: float = si("cycles", "number of cycles at the knee", gt=0)
     SD: Quantity = Field(description="amplitude at the knee")
     miner: Literal["original", "elementary", "haibach"] | None = Field(None, description="rule for amplitudes below the knee")
-    k2: float | None = si("", "slope below the knee", default=None, gt=0)
+    k2: float | None = si("", "slope below the knee", default=None, gt=0, le=_STEEPEST)
 
     def check(self, where: str) -> None:
         """One rule for what lies below the knee."""

@@ -22,7 +22,7 @@ from wucht.studies.phase_portrait.section import section
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import System
 
-_FARTHEST, _NARROWEST = 1e50, 1e-6  # of a range: beyond, nothing is left of squares and differences
+_NARROWEST = 1e-6  # of a range: below, nothing is left of differences
 _DRAWN_TURNS = 2  # of an angle, by default
 
 
@@ -128,8 +128,6 @@ def _ranges(spec: PhasePortrait, axes: tuple[Axis, ...]) -> dict[str, tuple[floa
             low, high = (read_quantity(Unit(a.unit, a.long_name), v, where) for v in pair)
             if not low < high:
                 raise InputError(where, list(pair), "must be a pair [low, high] with low below high")
-            if not max(abs(low), abs(high)) < _FARTHEST:
-                raise InputError(where, list(pair), f"must be a pair [low, high] of numbers below {_FARTHEST:g}")
             if high - low < _NARROWEST * max(abs(low), abs(high)):
                 raise InputError(where, list(pair), "must be a pair [low, high] farther apart than rounding")
             ranges[a.name] = low, high

@@ -1,0 +1,57 @@
+"""What a process of the command line is started in: its streams, and settings that are meant for other programs."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import os
+import sys
+from contextlib import chdir
+from pathlib import Path
+
+from wucht.errors import InputError
+
+_EPOCH = "SOURCE_DATE_EPOCH"  # which libraries read when they are loaded, and when a figure is written
+_LAST_SECOND = 253402300799  # of the year 9999, the last that a date has
+
+
+def open_streams() -> None:
+    """Make sure that there are standard streams, and that they take any text.
+
+    One that is closed leads nowhere, and no file that is opened later gets its number; what the alphabet of stdout does not
+    have is replaced.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")
+    sys.stdout = sys.stdout or _nowhere()
+    sys.stderr = sys.stderr or _nowhere()
+
+
+def _nowhere() -> io.TextIOWrapper:
+    return Path(os.devnull).open("w", encoding="utf-8", errors="replace")
+
+
+def without_settings_of_figures() -> None:
+    """Have matplotlib loaded without the user's own settings: figures are the same everywhere, and wrong ones do no harm."""
+    os.environ["MPLBACKEND"] = "agg"
+    found = importlib.util.find_spec("matplotlib")
+    if found is None or found.origin is None:
+        return
+    own = Path(found.origin).with_name("mpl-data")
+    os.environ["MATPLOTLIBRC"] = str(own / "matplotlibrc")
+    if Path("matplotlibrc").exists() and own.is_dir():  # one in the working directory comes before all others
+        with chdir(own):
+            importlib.import_module("matplotlib")
+
+
+def check_environment() -> None:
+    """Raises ``InputError`` for an environment variable with which a run would fail after it has computed everything."""
+    given = os.environ.get(_EPOCH)
+    if given is not None and not (given.isascii() and given.isdigit() and int(given[:20]) <= _LAST_SECOND):
+        allowed = f"this environment variable must be seconds since 1970, a number from 0 to {_LAST_SECOND}, or not be set"
+        raise InputError(_EPOCH, given, allowed)

@@ -1,0 +1,76 @@
+"""Whatever a command is started in: streams that are closed or of another alphabet, readers that leave, others' settings."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Refused = Callable[..., str]
+Study = Callable[..., Path]
+SHORT = ('until = "0.5 s"', 'until = "0.02 s"')
+FILES = {"result.nc", "run-up.png", "summary.json"}
+
+
+def in_a_shell(words: str, **environment: str) -> subprocess.CompletedProcess[bytes]:
+    """A line of a shell, in which ``wucht`` is this one."""
+    wucht = f'wucht() {{ {shlex.quote(sys.executable)} -m wucht "$@"; }}; set -o pipefail; '
+    return subprocess.run(
+        ["bash", "-c", wucht + words], capture_output=True, check=False, timeout=120, env={**os.environ, **environment}
+    )
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_streams(study: Study, closed: str) -> None:
+    """All is computed and written all the same, and nothing of the output gets into a file."""
+    done = in_a_shell(f"wucht run {study(*SHORT)} -o out {closed}")
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in Path("out").iterdir()} == FILES
+    assert Path("out/result.nc").read_bytes().startswith(b"\x89HDF")
+
+
+def test_an_error_that_nobody_hears(here: Path) -> None:
+    assert in_a_shell("wucht run nothing.toml >&- 2>&-").returncode == 2
+
+
+def test_a_reader_that_leaves(here: Path) -> None:
+    done = in_a_shell("wucht list | head -1")
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"carriers:\n", b"")
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "shift_jis", "euc_jp"])
+def test_an_alphabet_without_the_letters(study: Study, encoding: str) -> None:
+    file = study('"A drum with two pendulums"', '"\u8f6c\u5b50\u03a9\u00b2"')
+    done = in_a_shell(f"wucht equations {file}", PYTHONIOENCODING=encoding)
+    assert done.returncode == 0, done.stderr
+    assert "?" in done.stdout.decode(encoding).splitlines()[0]
+
+
+@pytest.mark.parametrize("matplotlibrc", [b"text.usetex: True\n", b"font.size: \xff\n"], ids=["TeX", "no text"])
+def test_settings_of_matplotlib_that_are_not_ours(study: Study, matplotlibrc: bytes) -> None:
+    Path("matplotlibrc").write_bytes(matplotlibrc)
+    done = in_a_shell(f"wucht run {study(*SHORT)} -o out", MPLBACKEND="nonsense")
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in Path("out").iterdir()} == FILES
+
+
+@pytest.mark.parametrize("given", ["", "abc", "-5", "1e3", 30 * "9"])
+def test_a_date_that_libraries_cannot_read(refused: Refused, study: Study, monkeypatch: pytest.MonkeyPatch, given: str) -> None:
+    """Said before anything is computed: they would fail when the figure is written."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", given)
+    refused("run", study(), "-o", "out", "--json", says=(f"SOURCE_DATE_EPOCH: given {given!r}; ", "seconds since 1970"))
+    assert not Path("out").exists()
+
+
+def test_a_study_file_whose_name_is_no_text(study: Study) -> None:
+    """Neither is its title, which is made of the name."""
+    name = os.fsdecode(b"dr\xffum.toml")
+    study('title = "A drum with two pendulums"\n', "", *SHORT, name=name)
+    done = in_a_shell(f"wucht run {shlex.quote(name)}")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(b"dr?um\n")
