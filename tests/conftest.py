@@ -142,6 +142,24 @@ def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Figure, "draw", lambda _figure, _renderer: None)
 
 
+@pytest.fixture(scope="module")
+def coarse_angles() -> Iterator[None]:
+    """Cams are looked at at 512 angles of a turn instead of 4096: for studies of cams that are not narrow anywhere, since what
+    is cut away is most of their work. The angles themselves are tested with the cams."""
+    import numpy as np
+
+    from wucht.cams import contact, undercut
+    from wucht.numerics import valleys
+    from wucht.studies.cam_contour import contact_load, shapes
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (contact, undercut, valleys, contact_load, shapes):
+            patch.setattr(module, "GRID", valleys.TURN * np.arange(512) / 512)
+            if hasattr(module, "STEP"):
+                patch.setattr(module, "STEP", valleys.TURN / 512)
+        yield
+
+
 @pytest.fixture
 def study(here: Path) -> Spoil:
     """``study(old, new, ...)``: the study file with ``old`` replaced by ``new`` (first place each), as study.toml."""

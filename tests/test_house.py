@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,26 +22,42 @@ MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/
 STUDIES = sorted(p.parent.name for p in (SOURCE / "studies").glob("*/spec.py"))
 
 
-def _nodes(path: Path, in_functions: bool) -> Iterator[ast.Import | ast.ImportFrom]:
-    """The imports of a file: those within functions, or all of them."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
-    for node in ast.walk(tree) if not in_functions else (n for f in functions for n in ast.walk(f)):
+@cache
+def _nodes(path: Path) -> tuple[list[ast.AST], list[ast.AST]]:
+    """The imports of a file: all of them, and those within functions."""
+    every: list[ast.AST] = []
+    inside: list[ast.AST] = []
+    pending: list[tuple[ast.AST, bool]] = [(ast.parse(_text(path)), False)]
+    while pending:
+        node, within = pending.pop()
+        within = within or isinstance(node, ast.FunctionDef)
         if isinstance(node, ast.Import | ast.ImportFrom):
-            yield node
+            every.append(node)
+            inside += [node] * within
+        pending += [
+            (child, within)
+            for child in ast.iter_child_nodes(node)
+            if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case)
+        ]
+    return every, inside
 
 
 def _imports(path: Path, in_functions: bool = False) -> set[str]:
     """The modules of wucht that a file imports, whether for types, in functions or at the top."""
     names: set[str] = set()
-    for node in _nodes(path, in_functions):
+    for node in _nodes(path)[in_functions]:
         if isinstance(node, ast.Import):
             names |= {a.name for a in node.names}
-        else:
+        elif isinstance(node, ast.ImportFrom):
             names |= {
                 f"{node.module}.{a.name}" if f"{node.module}.{a.name}" in MODULES else str(node.module) for a in node.names
             }
     return {n for n in names if n.split(".")[0] == "wucht"}
+
+
+@cache
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
 
 
 def _floor(module: str) -> str:
@@ -95,9 +111,7 @@ def test_a_study_is_one_folder(study: str) -> None:
     parts = {p.name for p in (SOURCE / "studies" / study).iterdir()}
     assert {"spec.py", "prepare.py", "run.py", "dataset.py", "figure.py", "report.py", "template.toml"} <= parts
     words = (f"studies.{study}", f'"{study.replace("_", "-")}"')
-    elsewhere = {
-        m for m, path in MODULES.items() if f".studies.{study}" not in m and any(w in path.read_text("utf-8") for w in words)
-    }
+    elsewhere = {m for m, path in MODULES.items() if f".studies.{study}" not in m and any(w in _text(path) for w in words)}
     assert {m for m in elsewhere if _floor(m) != "studies" and m != "wucht"} == set(), "nothing outside the studies knows it"
 
 

@@ -36,6 +36,7 @@ EXPECTED = {
 }
 
 
+@pytest.mark.slow
 def test_the_carton_pusher_gives_what_its_notes_say() -> None:
     """The shaft swings by 12 %; the cam for an even shaft leaves orders, the corrected one none; pressure angle 42 degrees."""
     study = read_study("practice/carton-pusher")

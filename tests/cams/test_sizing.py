@@ -219,6 +219,7 @@ def test_no_lever_with_that_curvature_is_smaller(permitted, least, size):
     assert mine * (1 - 1e-3) < best < mine * 1.1
 
 
+@pytest.mark.slow
 def test_no_undercut_when_none_is_permitted():
     """A least radius of 0; with a roller too large for the cam that the pressure angle alone would make."""
     free = smallest_rod_cam(LIFT, 0.03, 50 * DEG)
@@ -295,6 +296,7 @@ def test_a_rod_cam_goes_round_its_shaft(size):
     assert never_zero.follower.distance == pytest.approx(1e-6, rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outward", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_lever_cam_goes_round_its_shaft(outward):
     """Its base circle is the shaft's, with the pressure angle from which on a smaller one would do."""

@@ -97,6 +97,7 @@ def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Comm
     assert done["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
     actual = wucht("run", "drozdetskaya-2020/r1", "-o", "out", "--json").document["summary"]

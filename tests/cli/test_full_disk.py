@@ -32,6 +32,7 @@ def outside(*words: object, stdout: str | None = None, room: int | None = None) 
         )
 
 
+@pytest.mark.slow
 def test_a_result_that_does_not_fit(study: Study) -> None:
     """The process ends by itself, not by a signal of the library beneath."""
     done = outside("run", study('until = "0.5 s"', 'until = "0.02 s"'), "-o", "out", room=4096)

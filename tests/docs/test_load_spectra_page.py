@@ -6,6 +6,7 @@ import contextlib
 import io
 import re
 
+import pytest
 from page_blocks import PAGES, blocks, write_files
 
 PAGE = PAGES["docs/load-spectra.md"]
@@ -27,6 +28,7 @@ def test_counting_alone():
     assert printed.getvalue() == said
 
 
+@pytest.mark.slow
 def test_when_the_specimen_fails(wucht, here):
     said = re.search(r"## When the specimen fails.*?```text\n(.*?)```", TEXT, re.DOTALL).group(1)
     out = wucht("run", "drozdetskaya-2020/failure-of-the-specimen", "-o", "results").out

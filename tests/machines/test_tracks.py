@@ -170,6 +170,7 @@ def test_a_long_run():
     assert energy_gap(rows) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_stiffness_of_the_contact_does_not_matter():
     """Two balls that come to rest against each other behind a small unbalance, and three that collide on the way: the final
     speed with contacts 25 times as stiff differs by less than 1e-3 rad/s."""

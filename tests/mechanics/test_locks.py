@@ -166,6 +166,7 @@ def test_a_speed_of_release_that_no_other_body_can_reach_is_refused():
         machine_from(MACHINE | {"bodies": [DRUM | {"release": {"speed": 5.0}}, P1, P2]})
 
 
+@pytest.mark.slow
 def test_the_torque_on_a_drum_of_given_speed_carries_what_is_locked_to_it():
     """phi = 30 t with both pendulums locked: the torque is the reaction in the rigidly connected mechanism."""
     machine = released(FAR, FAR, drive={"kind": "constant-speed", "speed": 30.0, "angle": 0.4})

@@ -75,6 +75,7 @@ def _rotor(directions):
     return with_angle_as_time(system, phi), [s for pair in names for s in pair]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("directions", [1, 2])
 def test_the_sommerfeld_effect_from_the_full_equations(directions):
     """(3.33)-(3.34) become (3.50), (3.59)-(3.61) become (3.68); the carrier follows (3.37), (3.63), (3.64)."""
@@ -89,6 +90,7 @@ def test_the_sommerfeld_effect_from_the_full_equations(directions):
     assert reduction.conditions == ()
 
 
+@pytest.mark.slow
 def test_a_machine_from_its_energies():
     """The whole machine, gravity and all, with a heavy drum (J/epsilon), becomes the torque balance of its steady motion.
 

@@ -92,6 +92,7 @@ def test_averaged_machines_against_differences(name: str, inertia: bool) -> None
     assert fp[:, 0] == pytest.approx(slope, rel=1e-5, abs=1e-7 * (np.abs(fp).max() + np.abs(f).max()))
 
 
+@pytest.mark.slow
 def test_ten_balls_stay_small() -> None:
     """21 states: the program has fewer lines than 50 a state, where explicit entries would have thousands of terms each."""
     ball = {"kind": "pendulum", "about": "wheel", "mass": 0.002, "length": 0.03, "damping": 1e-5}

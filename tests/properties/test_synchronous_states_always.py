@@ -98,6 +98,7 @@ def test_equal_bodies_may_be_exchanged(rotor: float, ball: float, count: int, sp
     assert equal == different
 
 
+@pytest.mark.slow
 @few
 @given(UNBALANCE, st.lists(UNBALANCE, min_size=3, max_size=8))
 def test_the_family_compensates(rotor: float, balls: list[float]) -> None:

@@ -194,6 +194,7 @@ def test_the_breakdown_torque_as_printed_is_wrong():
     assert motor().breakdown()[2] == pytest.approx(motor(rotor_resistance=0.9).breakdown()[2], rel=EXACT)
 
 
+@pytest.mark.slow
 @some
 @given(m=MOTORS, slip=numbers(-1, 2))
 def test_the_tangent_of_the_induction_motor(m, slip):

@@ -66,6 +66,7 @@ def test_figure_3_2_of_the_laval_rotor_has_twice_the_folds() -> None:
     assert found == pytest.approx([2 * 0.8937191, 2 * 2.6053860], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_figure_5_2() -> None:
     """Table 5.1, type II: u1*, u2*; stable below u1* only; type I always, type III never."""
     assert folds("5.2", "II") == [

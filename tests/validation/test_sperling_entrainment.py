@@ -40,6 +40,7 @@ def own_answer() -> tuple[xr.Dataset, dict[str, Any]]:
     return answered(bild_2())
 
 
+@pytest.mark.slow
 def test_the_band_of_existence_is_that_of_equation_21(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     _, s = own_answer
     assert s["along"] == "drive.no_load_speed"
@@ -49,6 +50,7 @@ def test_the_band_of_existence_is_that_of_equation_21(own_answer: tuple[xr.Datas
     assert s["existence_edges"] == ["fold", "fold"]
 
 
+@pytest.mark.slow
 def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     """The averaged equations leave out terms of the order of the fluctuation (26), squared: here 0.02 rad, squared."""
     _, s = own_answer
@@ -56,6 +58,7 @@ def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, 
     assert s["existence_band_full"] != pytest.approx(s["existence_band"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     dataset, _ = own_answer
     phase, partial = dataset.phase.sel(body="rotor").values, dataset.value.values
@@ -67,6 +70,7 @@ def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.D
     assert not stable.all()
 
 
+@pytest.mark.slow
 def test_phase_and_mean_speed_of_bild_2a(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     _, s = own_answer
     assert s["outcome"] == "entrained"
@@ -80,6 +84,7 @@ def test_phase_and_mean_speed_of_bild_2a(own_answer: tuple[xr.Dataset, dict[str,
     assert s["multiplier"] == pytest.approx(math.exp(-SLOPE / INERTIA / 2), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_band_from_rest_is_narrower_at_both_ends(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     _, s = own_answer
     low, high = s["band_from_rest"]
@@ -198,6 +203,7 @@ def test_phases_37_and_their_stability_40(stiffness: float, phase: float) -> Non
     assert {round(math.cos(x[0])): averaged.stable(x, 0.0) for x in synchronous} == {1: phase == 0.0, -1: phase != 0.0}
 
 
+@pytest.mark.slow
 def test_synchronous_speed_35_and_the_lock_limit() -> None:
     """(33) with V_1 = -V_2: k_1 k_2/(k_1 + k_2) |Omega_1 - Omega_2| < |A_xx| f_1 f_2/2."""
     machine = exciters(STIFF, 12.0, 12.4)

@@ -55,15 +55,21 @@ class Harmonics:
 
     def __call__(self, x: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative of an order at x (any shape)."""
+        coefficients = self._coefficients(order)
+        blocks, width = coefficients.shape
+        powers = np.cumprod(np.exp(1j * np.asarray(x, float))[..., np.newaxis].repeat(width, axis=-1), axis=-1)
+        sums = powers @ coefficients.T
+        total = sums[..., -1]
+        for block in range(blocks - 2, -1, -1):
+            total = total * powers[..., -1] + sums[..., block]
+        return np.asarray(total.real + (self.mean if order == 0 else 0.0))
+
+    def _coefficients(self, order: int) -> np.ndarray:
+        """Of the powers of exp(ix), of the derivative of an order: in blocks, the rest of the last one zero."""
         width, k = min(_BLOCK, max(self.count, 1)), np.arange(1, self.count + 1)
-        wave = np.exp(1j * np.asarray(x, float))[..., np.newaxis]
-        powers = np.cumprod(np.broadcast_to(wave, (*wave.shape[:-1], width)), axis=-1)
         coefficients = np.zeros((-(-max(self.count, 1) // width), width), complex)
         coefficients.flat[: self.count] = (1j * k) ** order * (self.cosine - 1j * self.sine)
-        total, *lower = np.moveaxis(powers @ coefficients.T, -1, 0)[::-1]
-        for block in lower:
-            total = total * powers[..., -1] + block
-        return np.asarray(total.real + (self.mean if order == 0 else 0.0))
+        return coefficients
 
     @property
     def count(self) -> int:

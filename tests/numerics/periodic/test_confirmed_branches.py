@@ -204,6 +204,7 @@ def test_multipliers_that_are_resolved_stay_as_accurate_as_the_points_of_the_mes
     assert math.isclose(at.logarithms[0].real, cycles.seen(at.curve, at.point).logarithms[0].real, rel_tol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_branch_begins_at_its_own_fold_and_at_one_of_a_curve_in_two_parameters() -> None:
     cycles, first = isola()
     folds = [p for p in cycles.walk(first) if p.kind == "fold"]

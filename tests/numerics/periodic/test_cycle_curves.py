@@ -34,6 +34,7 @@ def curve(kind: str, system: System, samples: np.ndarray, period: float, low: fl
     return found
 
 
+@pytest.mark.slow
 def test_folds_of_a_generalised_hopf_point() -> None:
     """p = -q^2/4 at r^2 = q/2, down to small orbits: T = 2 pi/(speed + r^2/4)."""
     fixed = {"speed": 2.0}
@@ -76,6 +77,7 @@ def test_period_doublings_lie_on_their_parabola() -> None:
         assert p == pytest.approx(q**2, abs=1e-8) and point.period == pytest.approx(math.pi, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_births_of_a_torus_lie_on_their_parabola() -> None:
     """With the angle by which the pair turns in a period."""
     samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})

@@ -30,6 +30,7 @@ def drum(mass: float) -> dict[str, Any]:
     return {"kind": "rotor", "name": "drum", "mass": mass, "unbalance": 9.75e-3, "inertia": 0.0338}
 
 
+@pytest.mark.slow
 def test_each_variant_is_the_run_up_of_its_machine() -> None:
     """Rigid: 0.75 kg with 0.013 kg m and 0.01 + 0.25 0.104^2 kg m^2 each, by hand; none: 10 kg. Peaks to the last digits."""
     given = SHORT | {"phases": 2, "activation_speeds": [120.0, 150.0]}

@@ -247,6 +247,7 @@ def test_each_cell_ends_as_its_run_up(
         assert float(result.peak_amplitude[row, column]) == pytest.approx(alone["peak_amplitude"], rel=near), place
 
 
+@pytest.mark.slow
 def test_figure_5_10_on_a_coarse_grid() -> None:
     """The share of compensation at u = 1 of cases.md is 0.0396 +- 0.002; 16 x 16 cells know it to what they say."""
     coarse = {"study.axes.psi": [0.0, 2 * math.pi, 16], "study.axes.delta": [0.0, math.pi, 16]}

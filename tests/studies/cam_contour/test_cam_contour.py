@@ -19,6 +19,8 @@ from wucht.studies.cam_contour.spec import CamContour, Permitted
 from wucht.studies.cam_contour.write_workshop import drive_of, points_to_mill
 from wucht.studies.runner import report, run
 
+pytestmark = pytest.mark.usefixtures("coarse_angles")
+
 LEVER_CONTACT = {"inertia": "0.02 kg m^2", "preload": "50 N m", "stiffness": "30 N m/rad", "width": "12 mm"}
 ROD_CONTACT = {"mass": "0.4 kg", "preload": "60 N", "stiffness": "8 N/mm", "width": "15 mm"}
 
@@ -261,6 +263,7 @@ def test_the_smallest_cam_is_as_permitted() -> None:
     assert blank["largest_radius"] <= size["largest_radius"] * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_not_permitted_is_said() -> None:
     permitted = {"pressure_angle": "15 deg", "least_radius": "80 mm", "contact_pressure": "100 MPa"}
     result = answered(given.SMOOTH, given.FOLLOWER, permitted=permitted, contact=LEVER_CONTACT, speed="300 rpm")
@@ -346,6 +349,7 @@ def test_a_smallest_cam_that_is_not_all_is_warned_of(pair: xr.Dataset) -> None:
     assert said.startswith("the smallest cam that is permitted cannot be made: the roller would cut the contour away")
 
 
+@pytest.mark.slow
 def test_without_contact_there_is_no_torque() -> None:
     """A spring that pulls the roller off, and one that holds it for a part of the turn."""
     asked: dict[str, Any] = {"speed": "700 rpm", "points": 360, "chord_tolerance": "50 um"}

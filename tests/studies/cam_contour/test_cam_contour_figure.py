@@ -15,6 +15,8 @@ from wucht.errors import InputError
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.runner import draw, run
 
+pytestmark = pytest.mark.usefixtures("coarse_angles")
+
 CONTACT = {"inertia": 0.02, "preload": 5.0, "width": "12 mm"}
 
 

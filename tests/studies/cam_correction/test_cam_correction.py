@@ -16,6 +16,8 @@ from wucht.studies.cam_correction.spec import CamCorrection
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
 
+pytestmark = pytest.mark.usefixtures("coarse_angles")
+
 LAW_TABLE = {"kind": "harmonic", "coefficients": {"mean": LAW.mean, "cosine": [*LAW.cosine], "sine": [*LAW.sine]}}
 SPEED = {"mean": OMEGA, "cosine": [*SHAFT.speed.cosine], "sine": [*SHAFT.speed.sine]}
 

@@ -11,6 +11,8 @@ from wucht.cams.drive import drive_from
 from wucht.errors import InputError
 from wucht.studies.cam_correction.spec import CamCorrection
 
+pytestmark = pytest.mark.usefixtures("coarse_angles")
+
 LAW_TABLE = {"kind": "harmonic", "coefficients": {"mean": LAW.mean, "cosine": [*LAW.cosine], "sine": [*LAW.sine]}}
 SPEED = {"mean": SHAFT.mean, "cosine": [*SHAFT.speed.cosine], "sine": [*SHAFT.speed.sine]}
 COUNTER = {"arm": 0.07, "roller_radius": 0.01, "angle": "110 deg"}

@@ -15,6 +15,8 @@ from wucht.studies.cam_correction.measured_acceleration import measured
 from wucht.studies.cam_correction.spec import Acceleration
 from wucht.studies.study_file import run_file
 
+pytestmark = pytest.mark.usefixtures("coarse_angles")
+
 FILE = f"""
 [study]
 kind = "cam-correction"

@@ -82,6 +82,7 @@ def test_a_dead_sensor_is_told(refused, here, value):
     refused("run", "drive.toml", says=("study.acceleration.column: given 'a'; this record holds no orders", "right column?"))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_a_fluctuation_near_standstill_leaves_out_what_would_turn_back(wucht, here):
     (here / "drive.toml").write_text(FILE.replace('"2.4 rad/s"', '"48 rad/s"').split("[follower]")[0]

@@ -212,6 +212,7 @@ def test_with_a_drive_it_is_what_integration_settles_to(driven):
     assert s["power_saved"]["peak"] > 0.9 * s["power"]["constant_speed"]["peak"]
 
 
+@pytest.mark.slow
 def test_a_disturbance_decays_as_it_is_said(driven):
     law = LAW.motion("rad").law
 

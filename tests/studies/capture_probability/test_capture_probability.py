@@ -217,6 +217,7 @@ def test_each_run_starts_as_a_run_up_would() -> None:
         assert values["drum.eccentricity"][m] == eccentricity
 
 
+@pytest.mark.slow
 def test_random_parameters_end_as_their_run_ups() -> None:
     """The weakest and the strongest of 64 drives, by the study ``run-up``: captured, and not."""
     machine = load_machine("drozdetskaya-2020/r1")

@@ -167,6 +167,7 @@ def test_what_holds_for_all_is_refused(study: Study) -> None:
         package.compare([study()], SHORT, {"study.start.p9": [0.1, 0.2]})
 
 
+@pytest.mark.slow
 def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file, kept = study(), []
 

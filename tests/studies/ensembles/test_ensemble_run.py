@@ -91,6 +91,7 @@ def test_parameters_differ_from_member_to_member() -> None:
     assert labels(found) == ["captured", "compensated", "captured", "compensated"]
 
 
+@pytest.mark.slow
 def test_at_a_given_end_what_is_not_settled_is_not_identified() -> None:
     machine = pendulums(1.0)
     begun = states(machine, grid(3))
@@ -224,6 +225,7 @@ def test_averaged_equations_are_those_of_the_sense_in_which_a_member_is_driven()
         assert found.settling_time[i] == pytest.approx(alone.verdict.settling_time, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_start_far_above_the_free_speed_is_sampled_as_densely_as_it_asks() -> None:
     machine = load_machine("drozdetskaya-2020/r1")
     machine = machine.with_values({"p1.damping": 1e-3, "p2.damping": 1e-3})

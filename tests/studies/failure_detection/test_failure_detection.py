@@ -94,6 +94,7 @@ def test_a_steady_speed_is_that_of_the_averaged_equations():
     assert 0.5 < s["delay"]["mean"] < 2.0
 
 
+@pytest.mark.slow
 def test_bodies_that_are_alike_stand_where_no_machine_does():
     alike = exciter((0.0, WHOLE), (20.0, 0.8 * WHOLE)).with_values({"p2.mass": 0.125, "drive.slope": 0.0195})
     result = failed(alike, until=40.0, after=2.0, sensor=SENSOR | {"interval": 0.5})
@@ -145,6 +146,7 @@ def test_a_slow_counter_sees_a_smaller_failure():
     assert fast["delay"]["half"] < fast["delay"]["mean"] < fast["delay"]["nearly_all"] < fast["delay"]["horizon"]
 
 
+@pytest.mark.slow
 def test_the_horizon_grows_until_it_is_known_when_it_is_seen():
     """A quarter of the noise is seen after hours; by simulation 11,605 +- 58 readings in the mean, and 8,130 in half of all."""
     weak = exciter((0.0, WHOLE), (40.0, 0.98 * WHOLE)).with_values({"drive.slope": 0.000975})

@@ -49,6 +49,7 @@ def test_the_front_is_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:
     assert s["candidates"] == 400
 
 
+@pytest.mark.slow
 def test_another_seed_is_another_search_the_same_seed_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
     few = TWO.model_copy(update={"evaluations": 60, "points": 1})

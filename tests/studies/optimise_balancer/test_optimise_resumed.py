@@ -70,6 +70,7 @@ class Workers:
             yield name, pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(task))(lambda _share: None)))
 
 
+@pytest.mark.slow
 def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
     workers = Workers()

@@ -181,6 +181,7 @@ def test_keys_of_systems_are_refused_for_a_machine() -> None:
     assert refused.value.where == "study.show"
 
 
+@pytest.mark.slow
 def test_an_interrupted_study_goes_on_where_it_was(tmp_path: Path) -> None:
     """Ctrl-C after the first half of the branch: a valid result, and the same numbers in the end."""
     asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(0.5, 1.5), start={"x": 0.5})

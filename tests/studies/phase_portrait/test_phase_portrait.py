@@ -95,6 +95,7 @@ def test_the_rotating_orbit(u: float, period: float, low: float, high: float) ->
     assert str(result.trajectory_end.values[0]) == "closed curve 1"
 
 
+@pytest.mark.slow
 def test_the_contour_breaks_before_the_lower_pair_is_gone() -> None:
     """Figure 5.8: sigma = 0.05, u2* = 2.6739155 < u1* = 5.8600817: one branch of the lower saddle goes to the upper node."""
     before, after, beyond = (portrait(u, 0.05) for u in (2.673, 4.0, 5.861))
@@ -145,6 +146,7 @@ def test_a_machine_in_si_units() -> None:
     assert result.eigenvalues_real.attrs["units"] == "1/s"
 
 
+@pytest.mark.slow
 def test_two_phases_at_a_given_speed_are_a_torus() -> None:
     """000, Table 1: compensating phases 138.59, 262.82 and 221.41, 97.18 degrees, less a turn; signs of points add up to 0."""
     machine = wucht.load_machine("sperling-rollers/table-1")
@@ -219,6 +221,7 @@ def test_default_ranges_show_all_fixed_points() -> None:
         wucht.run(wucht.PhasePortrait(), nowhere)
 
 
+@pytest.mark.slow
 def test_the_command(here: Path, wucht: Callable[..., Any]) -> None:
     completed = wucht("run", "drozdetskaya-2020/figure-2.14", "--set", "study.trajectories=2", "--json", "-o", "out")
     assert completed.code == 0

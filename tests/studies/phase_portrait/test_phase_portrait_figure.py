@@ -37,6 +37,7 @@ def test_each_fixed_point_is_drawn_in_every_turn(cylinder: xr.Dataset) -> None:
     assert third.get_xlabel() == "phase of p1, p2 $\\psi$ (rad)" and first.get_ylabel() == "speed of rotor $\\omega$"
 
 
+@pytest.mark.slow
 def test_manifolds_are_told_apart_by_colour_and_dashes(cylinder: xr.Dataset) -> None:
     drawn = wucht.draw(cylinder)
     axis = drawn.axes[0]

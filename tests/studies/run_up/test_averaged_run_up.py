@@ -177,6 +177,7 @@ def test_a_voltage_ramp() -> None:
     assert slow[middle] == pytest.approx(full[middle], abs=0.3)
 
 
+@pytest.mark.slow
 def test_two_rollers_at_a_prescribed_speed() -> None:
     """000, Table 1 at 80 rad/s: the compensating phases 138.59 and 262.82 degrees, with both models."""
     machine = load_machine("sperling-rollers/figure-8")

@@ -64,6 +64,7 @@ def test_the_end_of_the_captured_branch_is_reported() -> None:
     assert json.loads(beyond.attrs["warnings"]) == []
 
 
+@pytest.mark.slow
 def test_a_rotor_without_drive_runs_down() -> None:
     """w' = -b w/J far from the resonance; through it the carrier takes energy as well."""
     machine = machine_from(ALONE)

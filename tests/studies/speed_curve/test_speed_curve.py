@@ -376,6 +376,7 @@ def test_interrupted_and_resumed_it_is_the_same(tmp_path: Path) -> None:
     assert resumed.drop_attrs().identical(whole.drop_attrs())
 
 
+@pytest.mark.slow
 def test_the_inertia_is_left_out_of_the_dissertations_machines_only() -> None:
     """R1 in its own units has five states, Table 5.1 three: (4.60)-(4.62)."""
     assert summary(load_machine(TABLE), along="u", range=[1, 2], points=1)["inertia"] is False

@@ -57,6 +57,7 @@ def test_values_of_a_second_parameter_have_a_colour_each() -> None:
     assert {"0.06", "0.1"} <= written  # at the folds, for a print without colours
 
 
+@pytest.mark.slow
 def test_many_values_have_the_colours_of_a_scale() -> None:
     x, mu, shift = sp.symbols("x mu shift", real=True)
     own = OwnEquations(System((x,), (mu + shift - x,), (mu, shift)), {"mu": 0.5, "shift": 0.0})

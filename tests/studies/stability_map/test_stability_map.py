@@ -115,6 +115,7 @@ def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
     assert summary["against"] == 0
 
 
+@pytest.mark.slow
 def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
     """Left of the Hopf point the state at rest is stable all over; only runs from afar come to the other motion."""
     asked: dict[str, Any] = {"along": "p", "range": [-0.6, -0.05], "second": "s", "second_range": [0.8, 1.2], "cells": 2}

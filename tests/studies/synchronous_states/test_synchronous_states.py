@@ -473,6 +473,7 @@ def test_what_neither_equations_decide_is_undecided() -> None:
     assert "none of them shown to be stable in the averaged equations; undecided: compensating (2)" in summary["sentence"]
 
 
+@pytest.mark.slow
 def test_bodies_in_each_others_place_are_not_called_stable() -> None:
     """Together they reduce the unbalance most; two balls of a track lie beside each other instead."""
     summary = answer(load_machine("practice/grinder-2-balls"))
@@ -536,6 +537,7 @@ SERIES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_drive_that_runs_away_leaves_the_limit_to_the_program() -> None:
     m = machine(0.012, 0.008, drive=SERIES)
     summary = answer(m, full=False)

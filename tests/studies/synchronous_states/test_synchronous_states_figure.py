@@ -134,6 +134,7 @@ def test_the_legend_explains_the_frames_that_are_drawn() -> None:
     assert {"stable", "not stable"} <= set(legends(draw(last)))
 
 
+@pytest.mark.slow
 def test_no_more_than_twelve() -> None:
     result = many(4)
     assert result.sizes["state"] == 17

@@ -7,11 +7,11 @@ number instead of convolving two series, and an interpreted right-hand side does
 from __future__ import annotations
 
 import cmath
-import inspect
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, reduce
+from linecache import getlines
 from typing import Any
 
 import numpy as np
@@ -165,8 +165,8 @@ def _source(
     printed = [e.xreplace(once) for e in printed]
     body = [*((w, a) for a, w in once.items()), *((short[s], e) for (s, _), e in zip(lines, printed, strict=False))]
     wanted, called = printed[len(lines) :], {str(f): len for f in shown.values()}
-    function = sp.lambdify(renamed, wanted, modules=[called, _LIBRARIES[modules]], cse=lambda e: (body, e))
-    return inspect.getsource(function), tables
+    function = sp.lambdify(renamed, wanted, modules=[called, _LIBRARIES[modules]], cse=lambda e: (body, e), docstring_limit=0)
+    return "".join(getlines(function.__code__.co_filename)), tables
 
 
 @lru_cache(maxsize=1024)
