@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from wucht.results.page import Page, current_page, made_for
-from wucht.results.sheet import LETTER, LINE, SHEETS, TICKS, TITLE, Named, Sheet, figure_of, wrapped
+from wucht.results.sheet import LETTER, LINE, TICKS, TITLE, Named, Sheet, figure_of, has_sheet, sheet_of, wrapped
 from wucht.results.style import GREY
 
 if TYPE_CHECKING:
@@ -42,9 +42,9 @@ class _Place:
 
 def arrange(figure: Figure) -> Figure:
     """Give everything its place. Figures that were not made by ``sheet`` stay as they are."""
-    if figure not in SHEETS:
+    if not has_sheet(figure):
         return figure
-    sheet = SHEETS[figure]
+    sheet = sheet_of(figure)
     with made_for(sheet.page):
         _arrange(figure, sheet)
     return figure

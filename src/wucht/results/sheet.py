@@ -11,7 +11,6 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -58,7 +57,18 @@ class Sheet:
     stated: str = ""
 
 
-SHEETS: WeakKeyDictionary[Figure, Sheet] = WeakKeyDictionary()
+_SHEET = "_wucht_sheet"  # attribute of a figure: a table of figures would keep them alive, for a sheet refers to its own
+
+
+def sheet_of(figure: Figure) -> Sheet:
+    """What a figure that was made here is arranged from."""
+    sheet: Sheet = getattr(figure, _SHEET)
+    return sheet
+
+
+def has_sheet(figure: Figure) -> bool:
+    """Whether a figure was made here."""
+    return hasattr(figure, _SHEET)
 
 
 def new_figure(rows: int, title: str, subtitle: str = "", heights: float | Sequence[float] = 1.55) -> tuple[Figure, list[Axes]]:
@@ -102,7 +112,7 @@ def new_grid(
     each = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
     each = (each + each[-1:] * len(rows))[: len(rows)]
     heading = "\n".join(_lines(title, page) + _lines(subtitle, page)) if page.titled else ""
-    SHEETS[drawn] = Sheet(page, heading, rows, [1] * wide + [columns] * len(between) + [1] * last, each)
+    setattr(drawn, _SHEET, Sheet(page, heading, rows, [1] * wide + [columns] * len(between) + [1] * last, each))
     if heading:
         drawn.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
     return drawn, axes
@@ -126,19 +136,19 @@ def _lines(text: str, page: Page) -> list[str]:
 
 def state(figure: Figure, statements: Sequence[str]) -> None:
     """Write what a result assumes in small type below the heading, where there is one."""
-    if statements and figure in SHEETS and (sheet := SHEETS[figure]).heading:
+    if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
         letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
         sheet.stated = "\n".join(wrapped(f"assumed: {'; '.join(statements)}", letters))
 
 
 def page_of(figure: Figure) -> Page:
     """For which page a figure was made."""
-    return SHEETS[figure].page if figure in SHEETS else PRINT
+    return sheet_of(figure).page if has_sheet(figure) else PRINT
 
 
 def legend_beside(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
     """Name what is drawn beside its panel (above it where the page is narrow): all that has a name, or some of it."""
-    sheet = SHEETS[figure_of(axis)]
+    sheet = sheet_of(figure_of(axis))
     named = _named(axis, handles, title)
     alone = len(named.names) == 1 and title is None and named.names[0] in axis.get_ylabel()
     if named.names and not alone:  # the name of the scale says it already
@@ -148,17 +158,17 @@ def legend_beside(axis: Axes, handles: Iterable[Any] | None = None, title: str |
 def legend_above(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
     """Name what is drawn above its panel, likewise."""
     if (named := _named(axis, handles, title)).names:
-        SHEETS[figure_of(axis)].above[axis] = named
+        sheet_of(figure_of(axis)).above[axis] = named
 
 
 def legend_below(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """One legend for all panels, below them; each name once."""
-    SHEETS[figure].below = _once(handles, title)
+    sheet_of(figure).below = _once(handles, title)
 
 
 def legend_over(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """One legend for all panels, over them, likewise."""
-    SHEETS[figure].over = _once(handles, title)
+    sheet_of(figure).over = _once(handles, title)
 
 
 def _once(handles: Iterable[Any], title: str | None) -> Named | None:
@@ -170,7 +180,7 @@ def _once(handles: Iterable[Any], title: str | None) -> Named | None:
 
 def name_at_ends(axis: Axes) -> None:
     """Name the lines of a panel where they end at its right; below all panels, if there is no room for that."""
-    SHEETS[figure_of(axis)].ends[axis] = list(axis.get_lines())
+    sheet_of(figure_of(axis)).ends[axis] = list(axis.get_lines())
 
 
 def named_in(axes: Iterable[Axes]) -> list[Any]:
@@ -194,7 +204,7 @@ def rpm_axis(axis: Axes, unit: str, of: str = "y") -> None:
     """A second scale in revolutions per minute, to the right of a panel over speeds in rad/s, or (``of`` = "x") above it."""
     if unit != "rad/s":
         return
-    sheet, per = SHEETS[figure_of(axis)], 30 / math.pi
+    sheet, per = sheet_of(figure_of(axis)), 30 / math.pi
     functions = (lambda x: np.asarray(x) * per), (lambda x: np.asarray(x) / per)
     make: Any = axis.secondary_yaxis if of == "y" else axis.secondary_xaxis
     second = make("right" if of == "y" else "top", functions=functions)
@@ -216,7 +226,7 @@ def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
     bar = figure.colorbar(image, cax=axis.inset_axes((1.03, 0.0, 0.045, 1.0)))
     bar.set_label(name)
     bar.ax.tick_params(labelsize=current_page().small)
-    SHEETS[figure].right[axis] = SCALE + _BAR
+    sheet_of(figure).right[axis] = SCALE + _BAR
     return bar
 
 
