@@ -428,9 +428,8 @@ def test_too_short_says_how_long(wucht: Command, study: Study) -> None:
 
 
 FAILURES = {
-    "heyoka": ('p1 = "0.3 rad"', "carrier = { x = 1e300 }"),
-    "scipy": ('p1 = "0.3 rad"', "carrier = { x = 1e300 }", 'until = "0.5 s"', 'until = 0.5\nengine = "scipy"'),
-    "stiffness": ('"1e5 N/m"', "1e300"),
+    "heyoka": ('p1 = "0.3 rad"', "carrier = { x = 1e29 }"),
+    "scipy": ('p1 = "0.3 rad"', "carrier = { x = 1e29 }", 'until = "0.5 s"', 'until = 0.5\nengine = "scipy"'),
 }
 
 
@@ -444,7 +443,7 @@ def test_a_run_that_fails_says_when_where_and_what_to_do(wucht: Command, study: 
     assert completed.code == 1
     assert "t = " in completed.err
     assert "carrier." in completed.err or "p1." in completed.err or "drum." in completed.err
-    assert "Look for" in completed.err or "Try" in completed.err
+    assert any(advice in completed.err for advice in ("Look for", "Try", "ask for"))
     assert "Traceback" not in completed.err
     assert completed.err.rstrip("\n").count("\n") == 0 or completed.err.startswith("running")
     actual = _parsed(completed.out)

@@ -311,11 +311,11 @@ def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.Monkey
     genuine = comparison_module.run_case
 
     def fail_at_1(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]]:
-        for motions in genuine(spec, case, work):
+        for leg, motions in enumerate(genuine(spec, case, work)):
             yield motions
-            if case.machine.values["u"] == 1.0 and len(motions[0].legs) == 3:
-                failed = replace(motions[0].legs[-1], failure="the step became too small")
-                yield (replace(motions[0], legs=(*motions[0].legs[:-1], failed)),)
+            if case.machine.values["u"] == 1.0 and leg == 2:
+                failed = replace(motions[0].trajectory, failure="the step became too small")
+                yield (replace(motions[0], trajectory=failed),)
                 return
 
     monkeypatch.setattr(comparison_module, "run_case", fail_at_1)
