@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from wucht.cli import surroundings
+
 Refused = Callable[..., str]
 Study = Callable[..., Path]
 SHORT = ('until = "0.5 s"', 'until = "0.02 s"')
@@ -74,3 +76,35 @@ def test_a_study_file_whose_name_is_no_text(study: Study) -> None:
     done = in_a_shell(f"wucht run {shlex.quote(name)}")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(b"dr?um\n")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
+def test_an_address_space_that_is_too_small(study: Study) -> None:
+    """OpenBLAS would try for ever to get its memory, and no signal but SIGKILL would end it."""
+    done = in_a_shell(f"ulimit -v 700000; wucht run {study(*SHORT)}")
+    assert done.returncode == 2
+    assert done.stderr == b"wucht: ulimit -v: given '700000'; the address space must be at least 1300000 kB, or unlimited\n"
+    assert in_a_shell("ulimit -v 700000; wucht list").returncode == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
+@pytest.mark.parametrize(
+    ("kilobytes", "given", "expected"), [(1_300_000, "8", 1), (1_384_999, "8", 1), (1_385_000, "8", 2), (2_000_000, "3", 3)]
+)
+def test_so_many_threads_as_have_room(kilobytes: int, given: str, expected: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    import resource
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (kilobytes * 1024, kilobytes * 1024))
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
+    surroundings.fit_address_space()
+    assert os.environ["OPENBLAS_NUM_THREADS"] == str(expected)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
+@pytest.mark.parametrize("name", ["drozdetskaya-2020/r1", "practice/laundry-drum", "orbit-branch.toml"])
+def test_the_least_address_space_is_enough(here: Path, name: str) -> None:
+    if name.endswith(".toml"):
+        assert in_a_shell(f"wucht new {name.removesuffix('.toml')}").returncode == 0
+    done = in_a_shell(f"ulimit -v 1300000; wucht run {name} -o out")
+    assert done.returncode == 0, done.stderr

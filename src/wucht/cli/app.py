@@ -12,11 +12,12 @@ from typing import Any, cast
 import typer
 
 import wucht
-from wucht.cli.surroundings import check_environment
+from wucht.cli.surroundings import check_environment, fit_address_space
 from wucht.errors import InputError, WuchtError
 
 # Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
 _USAGE_ERROR = cast(type[Exception], typer.BadParameter.__base__)
+_WITH_LIBRARIES = ("run", "compare", "plot", "export")  # of numbers: the others do without
 
 app = typer.Typer(
     name="wucht",
@@ -63,14 +64,14 @@ def register() -> None:
         "completion": completion,
     }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
-        app.command(name, hidden=command is explorer)(_saying(command))
+        app.command(name, hidden=command is explorer)(_saying(command, loads_libraries=name in _WITH_LIBRARIES))
 
 
 class _NobodyReadsError(Exception):
     """The reader of the output has left, as ``head`` does."""
 
 
-def _saying(command: Callable[..., None]) -> Callable[..., None]:
+def _saying(command: Callable[..., None], *, loads_libraries: bool) -> Callable[..., None]:
     """The command, with Ctrl-C passed on as Typer's Abort: a plain KeyboardInterrupt would end it without a word.
 
     So would click where nobody reads on, with exit code 1.
@@ -79,6 +80,8 @@ def _saying(command: Callable[..., None]) -> Callable[..., None]:
     @wraps(command)
     def wrapped(*arguments: Any, **options: Any) -> None:
         try:
+            if loads_libraries:
+                fit_address_space()
             command(*arguments, **options)
         except KeyboardInterrupt:
             raise typer.Abort from None

@@ -6,13 +6,15 @@ import importlib.util
 import io
 import os
 import sys
-from contextlib import chdir
+from contextlib import chdir, suppress
 from pathlib import Path
 
 from wucht.errors import InputError
 
 _EPOCH = "SOURCE_DATE_EPOCH"  # which libraries read when they are loaded, and when a figure is written
 _LAST_SECOND = 253402300799  # of the year 9999, the last that a date has
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # which OpenBLAS reads when NumPy is loaded, the first before the second
+_KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: of the studies that need most to begin, and for each further thread
 
 
 def open_streams() -> None:
@@ -55,3 +57,30 @@ def check_environment() -> None:
     if given is not None and not (given.isascii() and given.isdigit() and int(given[:20]) <= _LAST_SECOND):
         allowed = f"this environment variable must be seconds since 1970, a number from 0 to {_LAST_SECOND}, or not be set"
         raise InputError(_EPOCH, given, allowed)
+
+
+def fit_address_space() -> None:
+    """Have OpenBLAS take no more threads than there is address space for, where it is limited (``ulimit -v``).
+
+    To be called before NumPy is loaded: where OpenBLAS gets no memory it tries again for ever, and no signal ends it. Only on
+    Linux is it known what is needed.
+
+    Raises
+    ------
+    InputError
+        Where not even one thread has room.
+    """
+    if sys.platform != "linux":
+        return
+    from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
+
+    limit, _ = getrlimit(RLIMIT_AS)
+    if limit == RLIM_INFINITY:
+        return
+    if limit < _KB * 1024:
+        raise InputError("ulimit -v", str(limit // 1024), f"the address space must be at least {_KB} kB, or unlimited")
+    threads = len(os.sched_getaffinity(0))
+    for name in reversed(_THREADS):
+        with suppress(ValueError):
+            threads = int(os.environ.get(name, threads))
+    os.environ[_THREADS[0]] = str(max(1, min(threads, 1 + (limit // 1024 - _KB) // _KB_A_THREAD)))
