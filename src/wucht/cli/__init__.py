@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
+import warnings
 from contextlib import suppress
 
 _OBJECTS = 200_000  # more between two collections: what libraries and formulas make when they are loaded stays anyway
@@ -21,6 +22,7 @@ def main() -> None:
         sys.stdout.write("".join(f"{word}\n" for word in words(" ".join(sys.argv[2:]))))
         _leave(0)
     gc.set_threshold(_OBJECTS)
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"  # as other warnings of the command line
     without_settings_of_figures()
     from wucht.cli.app import run_app
 
