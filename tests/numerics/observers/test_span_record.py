@@ -1,5 +1,7 @@
 """The motion of one body in equal spans of time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,16 @@ def test_each_span_knows_its_own_extremes_only():
     assert spans.least_angle == pytest.approx((ends - 1) ** 2, rel=1e-14, abs=1e-14)
     assert spans.greatest_speed == pytest.approx(2 * ends, rel=1e-14)
     assert spans.least_speed == pytest.approx(2 * (ends - 1), rel=1e-14, abs=1e-14)
+
+
+def test_the_distance_has_limits_of_its_own():
+    """r^2 = 4 + cos t: its largest value at t = 2 pi lies between samples."""
+    t = np.arange(0, 9, 0.3)
+    samples = replace(Samples.of(t, (t, np.ones_like(t))), square=4 + np.cos(t), rate=-np.sin(t))
+    spans = SpanRecord(3.0).after(samples).last(1.0)
+    begin, end = np.append(0, spans.time[:-1]), spans.time
+    assert spans.greatest_distance == pytest.approx(np.sqrt(4 + greatest_cosine(begin, end)), abs=1e-5)
+    assert spans.least_distance == pytest.approx(np.sqrt(4 - greatest_cosine(begin + np.pi, end + np.pi)), abs=1e-5)
 
 
 def test_twelve_samples_of_a_span_are_enough():

@@ -95,3 +95,31 @@ def test_a_given_speed_is_stored_and_seen_as_densely_as_one_that_is_reached() ->
     body = {"kind": "rotor", "name": "r", "mass": 2.0, "unbalance": 0.03, "inertia": 0.05}
     machine = machine_from({"carrier": soft, "bodies": [body], "drive": {"kind": "constant-speed", "speed": 60.0}})
     assert fewest_a_turn(run(RunUp(until=1.0), machine)) > 12
+
+
+def test_a_motion_that_is_stored_coarsely_has_its_limits() -> None:
+    """Of the same motion once all samples and once 300: the limits hold for all of it, and are those that it reaches."""
+    fine, coarse = (run(RunUp(until=60.0, start=DOWN, stored_samples=count), captured_rotor(1e-6)) for count in (None, 300))
+    assert "least_speed" not in fine
+    assert coarse.sizes["time"] <= 301 < fine.sizes["time"]
+    assert summary_of(coarse)["final_speed"] == pytest.approx(summary_of(fine)["final_speed"], rel=1e-6)
+    for name in ("min_speed", "max_speed", "final_amplitude", "min_amplitude", "max_amplitude"):
+        assert summary_of(coarse)[name] == pytest.approx(summary_of(fine)[name], rel=1e-2)
+    (warning,) = (w for w in json.loads(coarse.attrs["warnings"]) if "samples a turn" in w)
+    assert "least_radius" in warning
+    assert "study.stored_samples" in warning
+    span = np.minimum(np.searchsorted(coarse.span_end.values, fine.time.values), coarse.sizes["span"] - 1)
+    for name, whole in (("speed", fine.speed.values[0]), ("radius", fine.radius.values)):
+        low, high = coarse[f"least_{name}"].values, coarse[f"greatest_{name}"].values
+        room = 2e-2 * np.ptp(whole)  # twelve samples of a span are observed, here two turns
+        assert (low[span] <= whole + room).all()
+        assert (whole <= high[span] + room).all()
+        assert low.min() == pytest.approx(whole.min(), abs=room)
+        assert high.max() == pytest.approx(whole.max(), abs=room)
+
+
+def test_more_may_be_stored_on_request() -> None:
+    machine = captured_rotor(1e-6)
+    most = horizon(machine, until=1e7).most
+    assert horizon(machine, until=1e7, stored_samples=5 * most).samples == pytest.approx(5 * most, rel=1e-3)
+    assert horizon(machine, until=1e7, stored_samples=6, values=[1, 2, 3], along="rotor.mass").most == 2

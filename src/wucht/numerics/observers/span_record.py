@@ -11,13 +11,14 @@ from wucht.numerics.observers.turns import Samples
 from wucht.numerics.peaks import between_samples
 
 _PER_SPAN = 12  # samples are enough: more are left out
-_KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH)
+_KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
 _EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
 
 
 @dataclass(frozen=True)
 class Spans:
-    """K spans of time: time and angle (K,) at their ends, the least and the greatest angle and speed within them."""
+    """K spans of time: time and angle (K,) at their ends, the least and the greatest angle, speed and distance within
+    them."""
 
     time: np.ndarray
     angle: np.ndarray
@@ -25,16 +26,18 @@ class Spans:
     greatest_angle: np.ndarray
     least_speed: np.ndarray
     greatest_speed: np.ndarray
+    least_distance: np.ndarray
+    greatest_distance: np.ndarray
 
 
 @dataclass(frozen=True)
 class SpanRecord:
     """span: how long one is; motions are to be sampled several times in it. sample: the last one. open: the span that is not
-    yet over, (6, 1)."""
+    yet over, (8, 1)."""
 
     span: float
     sample: Samples | None = None
-    open: np.ndarray = field(default_factory=lambda: np.empty((6, 0)))
+    open: np.ndarray = field(default_factory=lambda: np.empty((len(_KINDS), 0)))
     kept: Pyramid = field(default_factory=lambda: Pyramid(_KINDS))
 
     def after(self, samples: Samples) -> SpanRecord:
@@ -46,6 +49,7 @@ class SpanRecord:
         columns = np.array([
             end, angle[1:], -between_samples(s.time, -angle, -speed), between_samples(s.time, angle, speed),
             np.minimum(speed[:-1], speed[1:]), np.maximum(speed[:-1], speed[1:]),
+            _root(-between_samples(s.time, -s.square, -s.rate)), _root(between_samples(s.time, s.square, s.rate)),
         ])  # fmt: skip
         columns = np.concatenate([self.open, columns], axis=1)
         number = np.ceil(columns[0] / self.span)
@@ -61,6 +65,11 @@ class SpanRecord:
         """The last share of the time, in the shortest spans that reach back so far, with the one that is not yet over."""
         values, _ = self.kept.last(share)
         return Spans(*np.concatenate([values, self.open], axis=1))
+
+
+def _root(square: np.ndarray) -> np.ndarray:
+    """The root of a square, which may be negative by rounding."""
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
 def _sparse(s: Samples, every: float) -> Samples:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from wucht.studies.run_up.felt import felt
 from wucht.studies.run_up.many_runs import gathered
 from wucht.studies.run_up.prepare import Plan
 from wucht.studies.run_up.run import Findings, Motion
-from wucht.studies.run_up.variables import variables
+from wucht.studies.run_up.variables import envelopes, variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,8 +47,10 @@ def _of_motion(motion: Motion) -> xr.Dataset:
 
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
     coordinates, data = variables(machine, motion.rows, motion.seen, motion.observation.largest)
+    observed = _observed(motion) if _coarse(motion) else None
+    data |= {} if observed is None else envelopes(machine, motion.observation.main.last(1.0))
     result = xr_.Dataset(dict(data.items()), coords=coordinates)
-    summary = _summary(machine, result, verdict, motion.model.name == "full", motion.case.deck)
+    summary = _summary(machine, result, verdict, motion.model.name == "full", motion.case.deck, observed)
     flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
     warnings = _warnings(motion, summary["energy_residual"])
@@ -84,17 +87,45 @@ def _coarse(motion: Motion) -> tuple[str, ...]:
         return ()
     return (
         f"only {samples:.1f} samples a turn are stored, to keep the result below {motion.case.horizon.most} samples: "
-        "its variables do not show the whole motion; what the summary says does not depend on them",
+        "its variables do not show the whole motion, but least_speed, greatest_speed, least_radius and greatest_radius show "
+        "its limits; verdict, speeds and amplitudes of the summary do not depend on them. study.stored_samples asks for more",
     )
 
 
-def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, full: bool, deck: float | None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class _Observed:
+    """Of the motion as it is integrated, in the window of the verdict: the least and the greatest speed of the main rotor, and
+    of the amplitude the mean, the least and the greatest."""
+
+    speeds: tuple[float, float]
+    amplitudes: tuple[float, float, float]
+
+
+def _observed(motion: Motion) -> _Observed:
+    machine, verdict, spans = motion.case.machine, motion.verdict, motion.observation.main.last(1.0)
+    turns = motion.observation.rotors[machine.rotor.name].whole
+    begin, end = verdict.window
+    inside, turned = spans.time >= begin, (turns.time >= begin) & (turns.time <= end)
+    inside[-1:] = True
+    speeds = float(spans.least_speed[inside].min()), float(spans.greatest_speed[inside].max())
+    if turned.any():
+        which = slice(int(np.argmax(turned)), None)
+        return _Observed(speeds, turns.part(which).amplitudes)
+    distance = spans.greatest_distance[inside]
+    return _Observed(speeds, (float(distance.mean()), float(distance.min()), float(distance.max())))
+
+
+def _summary(
+    machine: Machine, result: xr.Dataset, verdict: Verdict, full: bool, deck: float | None, observed: _Observed | None
+) -> dict[str, Any]:
+    """observed: where the variables of the result are too few samples of the motion."""
     time, evidence, modulation = result.time.values, verdict.evidence, verdict.modulation
     inside = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
     machine, rotor = machine.at(float(time[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
-    envelope, (low, high) = result.amplitude.values[inside], extremes(rotor)
-    amplitude, least, greatest = verdict.amplitudes or (float(f(envelope)) for f in (np.mean, np.min, np.max))
+    envelope, (low, high) = result.amplitude.values[inside], observed.speeds if observed else extremes(rotor)
+    amplitudes = verdict.amplitudes or (observed.amplitudes if observed else None)
+    amplitude, least, greatest = amplitudes or (float(f(envelope)) for f in (np.mean, np.min, np.max))
     if evidence.turning:
         mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
     else:

@@ -62,7 +62,7 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
 
     model: ``"slow_"`` for the run of the averaged equations.
     """
-    over = json.loads(result.attrs["input"])["study"].get("over", "time")
+    over = _over(result)
     if over == "time":
         return result.time.values, style.abscissa_label(result, "time")
     if over == "phi":
@@ -89,6 +89,7 @@ def _with_a_phase(phase: xr.DataArray) -> np.ndarray:
 
 def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     bodies = [str(b) for b in result.body.values]
+    _limits(axis, result, "speed", 1.0)
     for i, name in enumerate(bodies):
         draw_swings(axis, time, result.speed.values[i], **_look(i, name, len(bodies)), zorder=3 - 0.01 * i)
     if slow is not None:
@@ -119,6 +120,8 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
     amplitude = scale * result.amplitude.values
     if decades:
         axis.set_yscale("log")
+    else:
+        _limits(axis, result, "radius", scale)
     if not decades and (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
         draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
     draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
@@ -131,6 +134,20 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
     seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
     axis.set_ylim(max(0.7 * float(seen.min()), _LOWEST * float(seen.max())), 1.5 * float(seen.max()))
     style.plain_decades(axis.yaxis)
+
+
+def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
+    """Between which a quantity stays over time, where few samples a turn are stored."""
+    if "span_end" not in result or _over(result) != "time":
+        return
+    ends = np.append(result.time.values[0], result.span_end.values)
+    low, high = (scale * result[f"{limit}_{name}"].values for limit in ("least", "greatest"))
+    low, high = np.append(low[:1], low), np.append(high[:1], high)
+    axis.fill_between(ends, low, high, step="pre", color=style.GREY, alpha=0.3, linewidth=0, label="limits within a turn")
+
+
+def _over(result: xr.Dataset) -> str:
+    return str(json.loads(result.attrs["input"])["study"].get("over", "time"))
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:

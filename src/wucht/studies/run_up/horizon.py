@@ -143,6 +143,8 @@ def numbers_a_sample(machine: Machine) -> int:
 def _most_samples(machine: Machine, spec: RunUp) -> int:
     """How many samples of a run are stored, so that all runs of a question fit into memory."""
     runs = len(spec.starts or [0]) * len(spec.values or [0])
+    if spec.stored_samples is not None:
+        return max(2, spec.stored_samples // runs)
     return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_a_sample(machine)) // runs)
 
 

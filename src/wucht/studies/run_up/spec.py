@@ -71,7 +71,8 @@ class RunUp(SingleRun):
     inertia: whether the averaged ones keep that of the balancing bodies, by default where one of them is not damped. order:
     that of the averaged equations, 1 or 2; they hold over times 1/epsilon, where rotors or bodies librate undamped over a few
     librations only. tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
-    ``"scipy"``, ``"scipy-radau"``, by default the best installed. deck: the inclination of a screen's deck, counter-clockwise
+    ``"scipy"``, ``"scipy-radau"``, by default the best installed. stored_samples: at most, of all runs together; by default a
+    million, or as many as take 240 MB. deck: the inclination of a screen's deck, counter-clockwise
     from +x, for its throw number.
     """
 
@@ -90,6 +91,7 @@ class RunUp(SingleRun):
     starts: common.Starts = ()
     along: common.Path | None = None
     values: common.Values = ()
+    stored_samples: int | None = Field(None, gt=1, description="samples that are stored at most, of all runs together")
     over: Literal["time", "phi", "psi"] = Field("time", description="abscissa of the figure")
     deck: float | None = si("rad", "inclination of the deck", default=None, gt=-1.5, lt=1.5)
 

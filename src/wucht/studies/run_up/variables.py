@@ -14,6 +14,7 @@ from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
+from wucht.numerics.observers.span_record import Spans
 from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
 from wucht.studies.motion.locking import is_locking, rotor_phases
@@ -56,6 +57,22 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
         coordinates["rotor"] = variable("rotor", rotors, "rotor")
         coordinates["plane"] = variable("plane", ways, "direction")
     return coordinates, data
+
+
+def envelopes(machine: Machine, spans: Spans) -> Variables:
+    """The limits of the main rotor's speed and of the axis' distance in spans of time that follow each other (span).
+
+    They are those of the motion as it is integrated, however few of its samples are stored.
+    """
+    unit, static = machine.units.speed, "distance of the axis from its static position"
+    rotor = f"speed of {machine.rotor.name}"
+    return {
+        "span_end": variable("span", spans.time, "time at the end of a span", machine.units.time),
+        "least_speed": variable("span", spans.least_speed, f"least {rotor} in a span", unit),
+        "greatest_speed": variable("span", spans.greatest_speed, f"greatest {rotor} in a span", unit),
+        "least_radius": variable("span", spans.least_distance, f"least {static} in a span", machine.orbit_unit),
+        "greatest_radius": variable("span", spans.greatest_distance, f"greatest {static} in a span", machine.orbit_unit),
+    }
 
 
 def _motion(coordinates: Sequence[Coordinate], row: Rows, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
