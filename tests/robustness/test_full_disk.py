@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import io
+import os
 import resource
+import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.robustness import children
 
 from wucht.cli.app import run_app
 
 Study = Callable[..., Path]
+SHORT = ('until = "0.5 s"', 'until = "0.02 s"')
 NO_ROOM = "wucht: the output cannot be written: No space left on device\n"
 
 
@@ -83,3 +87,45 @@ def test_a_template_of_which_half_fits(here: Path) -> None:
     assert done.returncode == 2
     assert "mine.toml" in done.stderr
     assert not Path("mine.toml").exists()
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 4 MB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", str(folder)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("only root can have a disk of its own; others have the limit of a file's size, above")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+LEFT = (0, 12, 30, 100, 200, 300, 400, 500, 600, 700, 800, 1000, 1200)
+
+
+@pytest.mark.usefixtures("unpainted")
+@pytest.mark.parametrize("left", [k if k == 300 else pytest.param(k, marks=pytest.mark.slow) for k in LEFT])
+def test_a_disk_that_becomes_full(study: Study, small_disk: Path, left: int) -> None:
+    """left: kilobytes that the second run has. Either its result is there as a whole or the first one, and --resume goes on."""
+    children.load_everything()
+    file, out, ballast = study(*SHORT), small_disk / "out", small_disk / "ballast"
+    place = file.absolute().parent
+    assert children.call(children.wucht("run", file.name, "-o", str(out)), place).code == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    ballast.write_bytes(bytes(max(0, shutil.disk_usage(small_disk).free - 1024 * left)))
+    again = ("run", file.name, "-o", str(out), "--set", "study.until=0.03")
+    ended = children.call(children.wucht(*again), place)
+    after = {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
+    assert "Traceback" not in ended.err
+    assert after.keys() >= before.keys()
+    if ended.code == 0:
+        assert not after.items() & before.items(), "of the first result nothing is left"
+    else:
+        assert ended.code == 1
+        assert ended.sentence.startswith("wucht: ")
+        assert "No space left on device" in ended.sentence
+        assert after == before
+    ballast.unlink()
+    assert children.call(children.wucht(*again, "--resume"), place).code == 0
+    assert sorted(path.name for path in out.iterdir()) == sorted(before)

@@ -78,6 +78,47 @@ def test_a_study_file_whose_name_is_no_text(study: Study) -> None:
     assert done.stdout.startswith(b"dr?um\n")
 
 
+ODD: dict[str, dict[str, str | None]] = {
+    "no home": {"HOME": None, "XDG_CACHE_HOME": None, "XDG_CONFIG_HOME": None, "WUCHT_CACHE_DIR": None},
+    "a home that is none": {"HOME": "/nowhere/at/all", "WUCHT_CACHE_DIR": None, "XDG_CACHE_HOME": None},
+    "a home that is a file": {"HOME": "/dev/null", "WUCHT_CACHE_DIR": None, "XDG_CACHE_HOME": None},
+    "a cache that is a file": {"WUCHT_CACHE_DIR": "/dev/null/x"},
+    "no folder for what is temporary": {"TMPDIR": "/nowhere"},
+    "a language that is none": {"LC_ALL": "xx_YY.nonsense", "LANG": "nonsense"},
+    "plain C": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+    "Turkish": {"LC_ALL": "tr_TR.UTF-8", "LANG": "tr_TR.UTF-8"},
+    "a narrow terminal": {"COLUMNS": "1", "LINES": "1", "TERM": "nonsense", "FORCE_COLOR": "1"},
+    "a width that is none": {"COLUMNS": "abc"},
+    "a zone that is none": {"TZ": "Nowhere/At_All"},
+    "more threads than there are": {"OPENBLAS_NUM_THREADS": "abc", "OMP_NUM_THREADS": "0"},
+    "all warnings": {"PYTHONWARNINGS": "always", "PYTHONDEVMODE": "1"},
+}
+
+
+@pytest.mark.parametrize("names", [[*ODD][:-1], *(pytest.param([name], marks=pytest.mark.slow) for name in ODD)], ids=str)
+def test_odd_environments(study: Study, names: list[str]) -> None:
+    """First all at once, as far as they do not contradict each other; the last one says more than is wrong."""
+    given = {key: value for name in reversed(names) for key, value in ODD[name].items()}
+    absent = " ".join(f"-u {key}" for key, value in given.items() if value is None)
+    present = " ".join(f"{key}={value}" for key, value in given.items() if value is not None)
+    command = shlex.join([sys.executable, "-m", "wucht", "run", str(study(*SHORT)), "-o", "out"])
+    done = in_a_shell(f"env {absent} {present} {command}")
+    assert done.returncode == 0, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert {p.name for p in Path("out").iterdir()} == FILES
+
+
+def test_a_working_directory_that_is_gone(study: Study, tmp_path: Path) -> None:
+    """There is nothing to write to, and a relative name leads nowhere: that is said."""
+    done = in_a_shell("mkdir gone; cd gone; rmdir ../gone; wucht run x.toml")
+    assert done.returncode in (1, 2)
+    assert done.stderr.count(b"\n") == 1
+    assert done.stderr.startswith(b"wucht: ")
+    file = tmp_path / study(*SHORT)
+    done = in_a_shell(f"mkdir gone; cd gone; rmdir ../gone; wucht run {file} -o {tmp_path / 'out'}")
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
 def test_an_address_space_that_is_too_small(study: Study) -> None:
     """OpenBLAS would try for ever to get its memory, and no signal but SIGKILL would end it."""
