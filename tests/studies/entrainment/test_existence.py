@@ -1,0 +1,106 @@
+"""The band of existence of a rotor on a carrier with prescribed vibration, by hand: (21) and (25) of paper 001, and the decay.
+
+On a carrier that vibrates as a cos(w t), a rotor with the unbalance m r and the moment of inertia J about its axis, on a motor
+of the slope k, has the averaged equation J p'' + k p' = k (W - w) - T sin(p), T = m r a w^2/2, with its phase p.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.studies.entrainment import existence as existence_module
+from wucht.studies.entrainment.existence import Existence, existence, threshold
+from wucht.studies.entrainment.prepare import Plan, prepare
+from wucht.studies.entrainment.runs import RunFromStart
+from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.work import Work
+
+W, SLOPE, UNBALANCE, AMPLITUDE = 2 * math.pi, 1e-5, 0.1 * 0.01, 1e-3
+TORQUE = UNBALANCE * AMPLITUDE * W**2 / 2
+
+
+def machine(speed: float) -> Machine:
+    return load_machine("sperling-vibration/figure-2a").with_values({"drive.no_load_speed": speed})
+
+
+def plan_of(speed: float) -> Plan:
+    return prepare(Entrainment.read({}), machine(speed))
+
+
+def not_entrained(plan: Plan) -> RunFromStart:
+    return RunFromStart(plan.swept.own, 1.0, 1.0, plan.initial)
+
+
+def existing(speed: float, sense: float) -> Existence:
+    plan = plan_of(speed)
+    return existence(plan, not_entrained(plan), {"rotor": sense}, Work())
+
+
+@pytest.mark.parametrize("speed", [5.0, 6.0, 7.9])
+def test_the_slowest_decay(speed: float) -> None:
+    """J s^2 + k s + T cos(p) = 0 with sin(p) = k (W - w)/T."""
+    found, inertia = existing(speed, 1.0), machine(speed).values["rotor.inertia"]
+    cosine = math.sqrt(1 - (SLOPE * (speed - W) / TORQUE) ** 2)
+    roots = np.roots([inertia, SLOPE, TORQUE * cosine])
+    assert found.slowest_rate == pytest.approx(-roots.real.max(), rel=1e-9)
+    assert found.slowest_rate > 0
+
+
+def test_outside_the_band_the_decay_is_that_well_inside() -> None:
+    """A tenth of the band from its end."""
+    beyond, width = existing(20.0, 1.0), TORQUE / SLOPE
+    assert beyond.slowest_rate == pytest.approx(existing(W + 0.8 * width, 1.0).slowest_rate, rel=1e-6)
+    assert beyond.phases == {}
+
+
+@pytest.mark.parametrize("speed", [5.0, 7.9])
+def test_clockwise_it_is_the_mirror_image(speed: float) -> None:
+    forward, backward = existing(speed, 1.0), existing(-speed, -1.0)
+    assert forward.band is not None
+    assert backward.band is not None
+    width = TORQUE / SLOPE
+    assert (forward.band.low.value, forward.band.high.value) == pytest.approx((W - width, W + width), rel=1e-9)
+    assert (backward.band.low.value, backward.band.high.value) == pytest.approx((-W - width, -W + width), rel=1e-9)
+    assert backward.slowest_rate == pytest.approx(forward.slowest_rate, rel=1e-9)
+    assert backward.phases["rotor"] == pytest.approx(forward.phases["rotor"], rel=1e-9), "in its sense"
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_least_amplitude_against_the_drive(sense: float) -> None:
+    """(25): k |W - w| = m r a w^2/2."""
+    plan = plan_of(5.0 * sense)
+    found = existence(plan, not_entrained(plan), {"rotor": sense}, Work())
+    assert threshold(plan, found, Work()) == pytest.approx(2 * SLOPE * (W - 5.0) / (UNBALANCE * W**2), rel=1e-9)
+
+
+def test_of_several_amplitudes_the_least_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of ranges that reach the largest amplitude. One that ends before does not count; where none reaches it, more is tried."""
+    tried: list[float] = []
+
+    class Ranges:
+        def __init__(self, _: Any) -> None:
+            pass
+
+        def branches(self, values: Iterable[float], *_: Any) -> None:
+            tried.extend(values)
+
+        def stable_ranges(self, _: Any) -> list[Any]:
+            def stable(low: float, kind: str) -> Any:
+                return SimpleNamespace(low=SimpleNamespace(value=low), high=SimpleNamespace(kind=kind))
+
+            reached = [stable(low, "range") for low in (3.0, 2.0, 2.5)]
+            return [stable(1.0, "fold"), *(reached if len(tried) > 1 else ())]
+
+    plan = plan_of(5.0)
+    found = existence(plan, not_entrained(plan), {"rotor": 1.0}, Work())
+    monkeypatch.setattr(existence_module, "Continuation", Ranges)
+    assert threshold(plan, found, Work()) == 2.0
+    assert tried == pytest.approx([AMPLITUDE, 2 * AMPLITUDE])
