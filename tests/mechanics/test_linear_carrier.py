@@ -85,3 +85,12 @@ def test_a_machine_with_a_pendulum_and_a_roller():
     assert [abs(s) for s in strengths] == [0.2, 0.1, 0.25 * (0.3 - 0.1)]
     assert all(complex(e[1].xreplace(at)) == -1j * s for e, s in zip(carrier.excitation, strengths, strict=True))
     assert [float(f) for f in carrier.load.xreplace(at)] == [0.0, -3.75 * 9.81]
+
+
+def test_a_coupling_with_a_mean_excites_by_its_wave_alone():
+    """A body whose coupling is a + b cos(phi): turning steadily at w it excites as -i b w^2 exp(i phi), a does nothing."""
+    a, b = sp.symbols("a b", positive=True)
+    body = Energies(kinetic=vx * (a + b * sp.cos(phi.position)) * w + J * w**2 / 2)
+    carrier = linear_carrier([SUPPORT, body], [x, y], [phi])
+    assert carrier.coupling[0] == sp.Matrix([a + b * sp.cos(phi.position), 0])
+    assert carrier.excitation[0].applyfunc(sp.expand) == sp.Matrix([-sp.I * b, 0])

@@ -15,6 +15,7 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.results.conventions import summary_of
+from wucht.studies.activation.prepare import prepare
 from wucht.studies.activation.spec import Activation
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report
@@ -155,3 +156,14 @@ def test_figure_and_report_tell_what_was_run(tmp_path: Path) -> None:
         Activation(**SHORT | {"until": "0.2 s", "activation_speeds": [120.0, 150.0], "variants": ["switchable"]}), MACHINE
     )
     assert draw(speeds).axes[1].get_xlabel() == "activation speed (rad/s)"
+
+
+def test_pendulums_start_at_their_orientations() -> None:
+    """From each to the next the orientation, counter-clockwise, their mean at the phases, which divide a turn evenly."""
+    plan = prepare(Activation(until="1.5 s", orientations=[0.5, 2.0], phases=4, variants=["switchable"]), MACHINE)
+    assert plan.phases == pytest.approx((0.0, math.pi / 2, math.pi, 3 * math.pi / 2))
+    starts = {(run.orientation, run.phase): [run.question.start[name] for name in plan.pendulums] for run in plan.runs}
+    assert len(starts) == 8
+    first, second = starts[1, 1]
+    assert (first, second) == pytest.approx((math.pi / 2 - 1.0, math.pi / 2 + 1.0))
+    assert starts[0, 3] == pytest.approx([1.5 * math.pi - 0.25, 1.5 * math.pi + 0.25])

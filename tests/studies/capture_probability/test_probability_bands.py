@@ -98,3 +98,28 @@ def test_points_are_even_independent_and_the_same_again() -> None:
         assert (np.sort((one * 32).astype(int), axis=0) == np.arange(32)[:, None]).all()
     assert len(np.unique(drawn[:, 0, 0])) == REPLICATES
     assert np.array_equal(points(16 * 24, 3, seed=3), drawn[:, :24])
+
+
+def test_the_band_of_student_by_hand() -> None:
+    """4 replicates of 32 points, of which 10, 12, 14, 16 are inside: 13 of 32 on average, variance of a count 20/3.
+
+    t(0.975, 3) = 3.1824; of the mean the standard deviation is sqrt(20/3/4)/32 = 0.040344. They scatter as
+    0.40625 0.59375/0.0016276 (1.95996/3.18245)^2 = 56.2 independent points, 22.8 of them inside. The band covers both.
+    """
+    low, high = interval(np.array([10, 12, 14, 16]), 32, 0.95)
+    share, deviation, student = 13 / 32, math.sqrt(20 / 3 / 4) / 32, 3.182446
+    number = share * (1 - share) / deviation**2 * (1.959964 / student) ** 2
+    assert number == pytest.approx(56.21, abs=0.01)
+    plain = share - student * deviation, share + student * deviation
+    assert plain == pytest.approx((0.27786, 0.53464), abs=1e-5)
+    assert low <= plain[0] + 1e-6
+    assert high >= plain[1] - 1e-6
+    exact = clopper_pearson(share * number, number, 0.025)
+    assert (low, high) == pytest.approx((min(plain[0], exact[0]), max(plain[1], exact[1])), abs=1e-6)
+
+
+def test_bounds_of_clopper_and_pearson_by_hand() -> None:
+    """Of 2 with 1 inside: (1 - p)^2 = 0.975 below, p^2 = 0.975 above. Of 3 with none: (1 - p)^3 = 0.025."""
+    assert clopper_pearson(1.0, 2.0, 0.025) == pytest.approx((1 - math.sqrt(0.975), math.sqrt(0.975)), rel=1e-12)
+    assert clopper_pearson(0.0, 3.0, 0.025) == pytest.approx((0.0, 1 - 0.025 ** (1 / 3)), rel=1e-12)
+    assert clopper_pearson(3.0, 3.0, 0.025) == pytest.approx((0.025 ** (1 / 3), 1.0), rel=1e-12)
