@@ -237,3 +237,31 @@ def test_what_is_divided_by_is_not_all_but_nothing():
     assert (mass.positive(1e-30), mass.positive("0 kg"), mass.positive(-1)) == (1e-30, 0, -1)
     with pytest.raises(ValueError, match=r"must be a mass greater than 0 kg, and of at least 1e-30 kg"):
         mass.positive(1e-320)
+
+
+@pytest.mark.parametrize(
+    ("si", "given", "message"),
+    [
+        ("1/s", "5 Hz", "Hz counts turns, so that 'Hz' is not clear: write it with s or rad/s"),
+        ("N s/m", "5 N/(m Hz)", "Hz counts turns"),
+        ("rad/s", "5 s^-1", "'s\\^-1' does not say whether turns or radians: write rpm, Hz or rad/s"),
+        ("rad/s", "5 m/m/s", "does not say whether turns or radians"),
+        ("kg", "1,5 kg", "write a decimal point, no comma"),
+        ("kg", "1 500 kg", "write the digits of a number together"),
+        ("kg", "3*10^3 kg", "write powers of ten as 1e3"),
+        ("kg", "heavy", "a decimal point, no comma"),
+        ("rad/s", "fast", "write rpm, Hz or rad/s"),
+        ("Hz", "fast", "write rpm, Hz or rad/s"),
+        ("kg", True, "must be a quantity, a number in kg"),
+        ("kg", 10**400, "this one is too large"),
+        ("", "3 mm", "must be a quantity, a number without unit"),
+    ],
+)
+def test_every_refusal_says_what_to_write(si, given, message):
+    with pytest.raises(ValueError, match=message):
+        Unit(si, "quantity").parse(given)
+
+
+@pytest.mark.parametrize(("si", "given"), [("1/s", "5 1/s"), ("1/s", "5 s^-1"), ("rad/s", "5 rad/s"), ("Hz", "5 Hz")])
+def test_beside_them_what_is_clear_is_read(si, given):
+    assert Unit(si, "quantity").parse(given) == pytest.approx(5.0, rel=1e-14)

@@ -114,7 +114,7 @@ def _parse(given: object, si: str, what: str) -> float:
             raise ValueError(f"{allowed}; this one is too large") from None
     split = _NUMBER.fullmatch(given)
     unit = split[2].strip() if split else ""
-    if split is None or (unit and not _UNIT.fullmatch(unit) and _of_loggers(unit, si) is None):
+    if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _of_loggers(unit, si) is None):
         raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({_remedy(given, si)})")
     return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
 

@@ -14,6 +14,7 @@ from wucht.mechanics.lagrange import (
     reaction,
     supplied_power,
 )
+from wucht.mechanics.notation import Notation, written
 from wucht.system import TIME, System
 
 sin, cos = sp.sin, sp.cos
@@ -139,3 +140,17 @@ def test_power_is_booked_on_its_side():
 def test_an_enforced_speed_supplies_power():
     driven = Coordinate.named("theta", "omega", angle=True, prescribed=Omega)
     assert supplied_power([CART, HANGING], [x, driven]) == F * x.velocity + reaction(driven) * driven.velocity
+
+
+def test_equations_that_are_written_with_their_inertia_divided_out() -> None:
+    """4 x'' = 6 F - 2 x: as it is, and as x'' = 3/2 F - x/2."""
+    q = Coordinate.named("x", "v")
+    F = sp.Symbol("F", real=True)
+    motion = equations_of_motion([Energies(kinetic=2 * q.velocity**2, potential=q.position**2 - 6 * F * q.position)], [q])
+    names = Notation({"x": "x", "F": "F"})
+    lines = [written(motion, [q], names, [], False, normalise)[0].replace(" ", "") for normalise in (False, True)]
+    left, right = zip(*(line.split("=") for line in lines), strict=True)
+    assert left[0].startswith("4*")
+    assert not left[1].startswith("4*")
+    values = [sp.sympify(side).subs({"x": 5, "F": 7}) for side in right]
+    assert values == [32, 8]

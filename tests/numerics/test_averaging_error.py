@@ -131,3 +131,11 @@ def test_refusals():
 def test_what_must_be_positive(name, value):
     with raises(WuchtError, match=f"the {name} must be positive and finite, not"):
         estimates(SWUNG, 0.1, {"x": (0.0, 1.0)}, **{name: value})
+
+
+def test_a_right_hand_side_that_is_not_finite_at_some_times_is_refused():
+    """1/(1 - x cos t) at x = 1: only where the cosine is 1, of all times."""
+    pole = System((x,), (epsilon / (1 - x * sp.cos(TIME)),), (epsilon,))
+    mean = System((x,), (epsilon * x,), (epsilon,))
+    with raises(WuchtError, match=r"not finite at \{'x': 1\.0\}, in the box"):
+        averaging_error(pole, mean, "epsilon", {"epsilon": 0.1}, {"x": (0.5, 1.0)}, period=TURN)

@@ -88,3 +88,17 @@ def test_backwards_is_the_way_back() -> None:
     near = np.abs(np.hypot(*(back.states - np.array([[0.1], [0.0]])))).argmin()
     assert back.time[near] == pytest.approx(-there.time[k], abs=0.02)
     assert np.hypot(*(back.states[:, near] - [0.1, 0.0])) < 2e-3
+
+
+def test_angles_are_wrapped_into_the_window() -> None:
+    """An angle by whole turns, the other state not at all."""
+    phi, speed = sp.symbols("phi speed", real=True)
+    plane = Plane(
+        System((phi, speed), (speed, -sp.sin(phi)), angles=frozenset({phi})),
+        {},
+        np.array([-np.pi, -2.0]),
+        np.array([np.pi, 2.0]),
+    )
+    wrapped = plane.wrapped(np.array([[7.0, -7.0, 1.0, 3 * np.pi], [5.0, -5.0, 0.5, 1.0]]))
+    assert wrapped[0] == pytest.approx([7.0 - 2 * np.pi, 2 * np.pi - 7.0, 1.0, -np.pi])
+    assert wrapped[1].tolist() == [5.0, -5.0, 0.5, 1.0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from wucht.machines.operation import free_speed
 from wucht.results.conventions import answered, variable
+from wucht.studies.sweep.jumps import Jump
 from wucht.studies.sweep.prepare import Plan
 from wucht.studies.sweep.report import SENSE
 from wucht.studies.sweep.run import Findings
@@ -76,10 +78,14 @@ def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
     return np.array([row + [math.nan] * (samples - len(row)) for row in rows]).reshape(len(rows), samples)
 
 
+def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
+    """Between which values the state depends on the direction in which the parameter is moved; None where it does not."""
+    up, down = ([j.value for j in jumps if j.direction == way] for way in ("up", "down"))
+    return [min(down), max(up)] if up and down and min(down) < max(up) else None
+
+
 def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
     path, legs = plan.swept.path, findings.all_legs
-    up, down = ([j.value for j in findings.jumps if j.direction == way] for way in ("up", "down"))
-    parted = up and down and min(down) < max(up)  # between these values the state depends on the direction
     return {
         "jumps": [{path if key == "value" else key: x for key, x in asdict(j).items()} for j in findings.jumps],
         "sentence": _sentence(plan, findings),
@@ -90,7 +96,7 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
         "rate_unit": plan.pace.rate_unit,
         "rate_chosen": plan.spec.rate is None,
         "jump_tolerance": plan.spec.jump_tolerance,
-        "hysteresis": [min(down), max(up)] if parted else None,
+        "hysteresis": hysteresis(findings.jumps),
         "peak_amplitude": max((leg.amplitude for leg in legs), default=None),
         "energy_residual": max((leg.energy_residual for leg in legs), default=None),
         "ends": {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r},
