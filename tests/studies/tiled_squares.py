@@ -1,4 +1,7 @@
-"""A study with tiles, each a moment's work, that leave a mark in a folder when they begin and when they are done."""
+"""A study with tiles, each a moment's work, that leave a mark in a folder when they begin and when they are done.
+
+A tile does not end while the folder has a file ``hold <number>``.
+"""
 
 from __future__ import annotations
 
@@ -65,9 +68,9 @@ def square(folder: Path, lasts: float, number: int, told: Told) -> Square:
     if lasts < 0:
         raise InputError("study.lasts", lasts, "must be a time")
     try:
-        while (left := until - time.monotonic()) > 0:
-            time.sleep(min(0.02, left))
-            told(1 - left / lasts)
+        while (left := until - time.monotonic()) > 0 or (folder / f"hold {number}").exists():
+            time.sleep(min(0.02, max(left, 0.01)))
+            told(1 - max(left, 0.0) / max(lasts, 1e-9))
     except KeyboardInterrupt:
         mark(folder, "given-up", number)
         raise
