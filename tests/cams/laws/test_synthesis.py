@@ -199,3 +199,65 @@ def test_turning_and_scaling_the_task_turns_and_scales_the_motion(count, half, t
 
 def test_the_motion_is_a_series():
     assert isinstance(synthesise(2, [dwell(1.0), TOP]).law, Harmonics)
+
+
+@pytest.mark.parametrize(("harmonic", "size"), [(1, 0.2), (2, 0.0), (2, 0.01), (3, 0.0)])
+def test_caps_hold_where_few_harmonics_are_enough(harmonic, size):
+    """A dwell of two degrees needs two harmonics: a cap on the second or third of the few is one of theirs."""
+    law = synthesise(12, [dwell(math.radians(1)), TOP, Cap("cap", harmonic, size)]).law
+    free = synthesise(12, [dwell(math.radians(1)), TOP]).law
+    assert law.amplitudes[harmonic - 1] <= size + 1e-9 * STROKE
+    assert np.count_nonzero(free.amplitudes > 1e-9 * STROKE) == 2
+    assert law(math.pi) == pytest.approx(STROKE)
+    assert np.abs(law(arc(math.radians(1)))).max() <= 2e-9 * STROKE
+
+
+@st.composite
+def satisfiable(draw):
+    """A motion, and restrictions of every kind that it satisfies, points just so."""
+    count, chance = draw(st.integers(3, 6)), np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    k = np.arange(1, count + 1)
+    motion = Harmonics(chance.normal(), chance.normal(size=count) / k**2, chance.normal(size=count) / k**2)
+    restrictions = []
+    for number in range(draw(st.integers(1, 4))):
+        order, begin, length = int(chance.integers(0, 4)), chance.uniform(-4, 8), chance.choice([0.0, 0.4, 2.5, TURN])
+        values = motion.derivative(order)(np.linspace(begin, begin + length, 2000))
+        slack = 0.0 if length == 0.0 else 0.05 * motion.derivative(order).peak
+        low, high = values.min() - slack, values.max() + slack
+        low, high = [(low, high), (low, math.inf), (-math.inf, high)][chance.integers(3)] if slack else (low, high)
+        restrictions.append(Band(f"band {number}", order, begin, begin + length, low, high))
+    for harmonic in chance.permutation(k)[: draw(st.integers(0, 2))]:
+        restrictions.append(Cap(f"cap {harmonic}", int(harmonic), 1.05 * float(motion.amplitudes[harmonic - 1])))
+    return motion, restrictions
+
+
+def exceeded(restriction, law):
+    """By how much a law is beyond a restriction, by sums of its own over a fine grid."""
+    k = np.arange(1, law.count + 1)
+    if isinstance(restriction, Cap):
+        return math.hypot(law.cosine[restriction.harmonic - 1], law.sine[restriction.harmonic - 1]) - restriction.size
+    phi = np.linspace(restriction.begin, restriction.end, 2000)[:, None]
+    series = law.cosine * np.cos(k * phi) + law.sine * np.sin(k * phi)
+    turned = {
+        0: law.mean + series.sum(axis=1),
+        1: (k * (law.sine * np.cos(k * phi) - law.cosine * np.sin(k * phi))).sum(axis=1),
+        2: -(k**2 * series).sum(axis=1),
+        3: (k**3 * (law.cosine * np.sin(k * phi) - law.sine * np.cos(k * phi))).sum(axis=1),
+    }[restriction.order]
+    return max((turned - restriction.high).max(), (restriction.low - turned).max())
+
+
+@settings(max_examples=25, deadline=None)
+@given(satisfiable())
+def test_every_restriction_holds_and_no_known_motion_is_better(task):
+    """Bands of every derivative on arcs anywhere, one-sided and two-sided, points and caps, of which a motion is known."""
+    motion, restrictions = task
+    k = np.arange(1, motion.count + 1)
+    law = synthesise(motion.count, restrictions, k**2).law
+    for r in restrictions:
+        scale = motion.derivative(r.order).peak if isinstance(r, Band) else motion.amplitudes.max()
+        assert exceeded(r, law) <= 1e-5 * scale, r
+    effort, known = (
+        float(np.hypot(k**2 * x.cosine, k**2 * x.sine) @ np.hypot(k**2 * x.cosine, k**2 * x.sine)) for x in (law, motion)
+    )
+    assert effort <= known * (1 + 1e-6)
