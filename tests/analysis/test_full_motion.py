@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.full_stability import FullStability
+from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.full_motion import FullMotion
 from wucht.analysis.static import static_position
 from wucht.files.building import machine_from
@@ -173,3 +176,20 @@ def test_a_held_speed() -> None:
     expected = rebuilt(free, np.zeros(1), same[:, None], np.zeros(1))
     assert full["carrier.x"] == pytest.approx(expected["carrier.x"])
     assert full["drum.speed"] == pytest.approx(70.0)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_the_search_of_a_periodic_motion_starts_with_the_vibration_that_belongs_to_it(sense: int) -> None:
+    """Newton's method would mend a wrong start, at the cost of steps and sometimes of another motion.
+
+    The carrier's springs and dampers differ in x and y, and bodies with a huge inertia turn steadily.
+    """
+    machine = drum(sense, carrier={"stiffness": [1e5, 1.7e5], "damping": [200.0, 90.0], "gravity": 9.81})
+    machine = machine.with_values({"drum.inertia": 1e7, "p1.inertia": 1e7, "p2.inertia": 1e7})
+    phases = {"p1": 0.7, "p2": -2.0}
+    slow, state = steady(machine, 120.0, phases)
+    torques = SteadyTorques.from_slow(slow)
+    at = State(120.0, np.array([phases.get(name, 0.0) for name in torques.names]))
+    start = dict(zip(machine.state_names, FullStability(torques, True).start(at), strict=True))
+    expected = rebuilt(slow, np.zeros(1), state[:, None], np.zeros(1))
+    assert {name: expected[name][0] for name in start} == pytest.approx(start, rel=1e-6, abs=1e-9)

@@ -192,3 +192,27 @@ def test_it_coasts_down_without_its_controller() -> None:
     machine = machine_from(MOUNTED)
     half = summary_of(run(CoastDown(until=60.0), machine))["half_time"]
     assert half == pytest.approx(J / B * math.log(2), rel=1e-3)
+
+
+def test_on_a_turning_carrier_it_sees_the_speed_between_rotor_and_stator() -> None:
+    """J phi'' = T, I rho'' = -k rho - c rho' - T with T = K (s - phi' + rho') + x within its limit, by SciPy."""
+    inertia, stiffness, damping = 0.9, 300.0, 2.0
+    carrier = {
+        "directions": "xyr", "mass": 30.0, "inertia": inertia, "stiffness": 1e5, "damping": 200.0,
+        "rotation_stiffness": stiffness, "rotation_damping": damping,
+    }  # fmt: skip
+    document = FIXED | {"carrier": carrier, "bodies": [ROTOR | {"bearing_damping": 0.0}]}
+    time = np.linspace(0.0, 12.0, 601)
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        phi, rho, turned, x = y
+        torque = float(np.clip(K * (SET - phi + rho) + x, -LIMIT, LIMIT))
+        return [torque / J, -(stiffness * turned + damping * rho + torque) / inertia, rho, (torque - x) / T_I]
+
+    start = {"drum": {"speed": SET - 10.0}}
+    known = solve_ivp(rates, (0.0, 12.0), [SET - 10.0, 0.0, 0.0, 0.0], "LSODA", time, rtol=1e-10, atol=1e-10, max_step=0.01).y
+    rows = moved(document | {"drive": DRIVE | {"stator": "carrier"}}, start, time)
+    assert rows["drum.speed"] == pytest.approx(known[0], abs=2e-5)
+    assert rows["carrier.r"] == pytest.approx(known[2], abs=2e-6)
+    assert np.abs(known[2]).max() > 0.01
+    assert energy_gap(rows) < 1e-8

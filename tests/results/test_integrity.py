@@ -106,8 +106,10 @@ def edited(wucht: Command, study: Callable[..., Path]) -> Callable[..., None]:
     if not Path("out").exists():
         assert wucht("run", study('until = "0.5 s"', 'until = "0.02 s"'), "-o", "out").code == 0
 
+    whole = load(Path("out/result.nc"))
+
     def write(change: Callable[[xr.Dataset], xr.Dataset]) -> None:
-        change(load(Path("out/result.nc"))).to_netcdf("edited.nc", engine="h5netcdf")
+        change(whole.copy()).to_netcdf("edited.nc", engine="h5netcdf")
 
     return write
 
@@ -139,9 +141,10 @@ def _without(result: xr.Dataset, name: str) -> xr.Dataset:
 
 @pytest.mark.usefixtures("unpainted")
 def test_an_edited_result_ends_in_one_sentence(edited: Callable[..., None], wucht: Command) -> None:
-    for what, (sentence, change) in EDITS.items():
+    for number, (what, (sentence, change)) in enumerate(EDITS.items()):
         edited(change)
-        for words in (("plot", "edited.nc", "-o", "drawn"), ("compare", "edited.nc", "out", "-o", "compared")):
+        commands = (("plot", "edited.nc", "-o", "drawn"), ("compare", "edited.nc", "out", "-o", "compared"))
+        for words in commands[: 1 + (number % 4 == 0)]:
             done = wucht(*words)
             if what == "all without a value" or (words[0] == "compare" and done.code == 0):
                 continue  # it may be drawn empty, and be compared by what it has

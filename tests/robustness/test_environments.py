@@ -27,7 +27,7 @@ def in_a_shell(words: str, **environment: str) -> subprocess.CompletedProcess[by
     )
 
 
-@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("closed", [pytest.param(">&-", marks=pytest.mark.slow), "2>&-", "<&- >&- 2>&-"])
 def test_closed_streams(study: Study, closed: str) -> None:
     """All is computed and written all the same, and nothing of the output gets into a file."""
     done = in_a_shell(f"wucht run {study(*SHORT)} -o out {closed}")
@@ -53,7 +53,11 @@ def test_an_alphabet_without_the_letters(study: Study, encoding: str) -> None:
     assert "?" in done.stdout.decode(encoding).splitlines()[0]
 
 
-@pytest.mark.parametrize("matplotlibrc", [b"text.usetex: True\n", b"font.size: \xff\n"], ids=["TeX", "no text"])
+@pytest.mark.parametrize(
+    "matplotlibrc",
+    [b"text.usetex: True\n", pytest.param(b"font.size: \xff\n", marks=pytest.mark.slow)],
+    ids=["TeX", "no text"],
+)
 def test_settings_of_matplotlib_that_are_not_ours(study: Study, matplotlibrc: bytes) -> None:
     Path("matplotlibrc").write_bytes(matplotlibrc)
     done = in_a_shell(f"wucht run {study(*SHORT)} -o out", MPLBACKEND="nonsense")

@@ -410,7 +410,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "stability-map": Figured(
-        {"study.cells": 2, "study.orbits": False},
+        {"study.cells": 2, "study.orbits": False, "study.second_range": ["200 N s/m", "260 N s/m"]},
         {0: ("slope of the torque over speed, drive (N m s)", "damping of the carrier (N s/m)")},
         (Line(0, 0, "boundary_x", "boundary_y", part=True),),
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
 import time
@@ -216,6 +217,8 @@ def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
     assert ends.states[:2, 0] == pytest.approx([0.275, 1.25 + 1.4 * (4 - 1.25 - 1.25 / 0.7)], rel=1e-8)
     assert ends.sentences == {2: "stop", 3: "stop"}
     assert ends.times[2] == pytest.approx(2.5 + (3.4 - 1.25) / 2, rel=1e-8)
+    # The last one is kicked before the border at t = 2, and still twice as fast behind it: 4/5 (t^2 - 3.125) = 3.4 - 1.25.
+    assert ends.times[3] == pytest.approx(math.sqrt(3.125 + (3.4 - 1.25) / 0.8), rel=1e-8)
     assert ends.states[2:, 0] == pytest.approx([3.4, 3.4], rel=1e-8)
     assert ends.record.count.tolist() == [2, 2, 1, 1]
     alone = compile_ensemble(system, 1e-10, (), engine)
