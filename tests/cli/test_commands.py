@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 import wucht as package
+from wucht.numerics.flow import heyoka_engine
 from wucht.results.output_folder import claimed
 
 Command = Callable[..., Any]
@@ -438,7 +439,10 @@ FAILURES = {
     "changes",
     [pytest.param(c, id=name, marks=pytest.mark.slow if name == "scipy" else ()) for name, c in FAILURES.items()],
 )
-def test_a_run_that_fails_says_when_where_and_what_to_do(wucht: Command, study: Study, changes: tuple[str, ...]) -> None:
+def test_a_run_that_fails_says_when_where_and_what_to_do(
+    wucht: Command, study: Study, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(heyoka_engine, "MAX_STEPS", 5000)
     completed = wucht("run", study(*changes), "-o", "out", "--json")
     assert completed.code == 1
     assert "t = " in completed.err

@@ -97,11 +97,11 @@ QUESTIONS = {
 }
 
 
-# A given time and a number of turns are resumed as what must settle is, which also looks for its end.
+# The others are resumed as what must settle is, which also looks for its end.
 @pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(
     "question",
-    [pytest.param(q, id=name, marks=pytest.mark.slow if name in ("until", "turns") else ()) for name, q in QUESTIONS.items()],
+    [pytest.param(q, id=name, marks=pytest.mark.slow if name != "settled" else ()) for name, q in QUESTIONS.items()],
 )
 def test_a_resumed_run_is_the_uninterrupted_one(
     wucht: Command, study: Study, signal_at: Callable[..., None], question: str

@@ -19,7 +19,7 @@ from wucht.studies.initial_state import initial_state
     [
         ("slow", 1.0),
         pytest.param("slow", 2.5, marks=pytest.mark.slow),
-        ("full", 2.5),
+        pytest.param("full", 2.5, marks=pytest.mark.slow),
         pytest.param("full", 3.0, marks=pytest.mark.slow),
     ],
 )

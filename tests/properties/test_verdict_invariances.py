@@ -186,7 +186,7 @@ def test_which_of_two_exciters_is_the_first_does_not_matter_for_the_verdict():
     assert math.remainder(other["rotor_phases"]["e1"] + one["rotor_phases"]["e2"], TURN) == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c == "captured" else c for c in CASES])
 def test_the_mirror_image_has_the_mirrored_verdict(case):
     assert_same(as_it_is(case), verdict(*mirrored(*CASES[case])), sense=-1)
 

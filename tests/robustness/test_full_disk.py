@@ -45,6 +45,7 @@ def test_a_result_that_does_not_fit(study: Study) -> None:
     assert [path.name for path in Path("out").iterdir()] == ["units"], "what was computed, for --resume"
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_an_earlier_result_stays_whole_where_the_new_one_does_not_fit(study: Study, wucht: Callable[..., Any]) -> None:
     """Not only its file: its figure and its summary too."""
     file = study('until = "0.5 s"', 'until = "0.02 s"')

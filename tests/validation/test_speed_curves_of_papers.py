@@ -98,7 +98,9 @@ def closed_form(w: np.ndarray, s: float, w_ratio: float, sigma: float, lambda_: 
     return factor * (even + 4 * A * root), factor * (even - 4 * A * root)
 
 
-@pytest.mark.parametrize(("name", "s", "w_ratio"), [("5.2", 0.75, 1.30), ("a.1", 1.0, 0.98)])
+@pytest.mark.parametrize(
+    ("name", "s", "w_ratio"), [("5.2", 0.75, 1.30), pytest.param("a.1", 1.0, 0.98, marks=pytest.mark.slow)]
+)
 def test_all_points_of_types_ii_and_iii_are_those_of_the_closed_forms(name: str, s: float, w_ratio: float) -> None:
     for u, w in branches_of(name, "II"):
         regular = np.abs(w) > 0.1

@@ -10,6 +10,7 @@ import pytest
 Answered = Callable[..., dict[str, Any]]
 
 
+@pytest.mark.slow
 def test_its_template_runs_and_is_drawn_again(from_template: Answered) -> None:
     """Two of its orientations, one phase, until just after the pendulums have opened."""
     summary = from_template(

@@ -52,6 +52,7 @@ def test_ctrl_c_leaves_a_valid_result_that_is_resumed(wucht: Command, monkeypatc
     assert sorted(p.name for p in Path("out").iterdir()) == ["coast-down.png", "result.nc", "summary.json"]
 
 
+@pytest.mark.slow
 def test_the_template_runs(wucht: Command) -> None:
     assert wucht("new", "coast-down").code == 0
     done = wucht("run", "coast-down.toml", "--set", "study.until=10 s", "-o", "out")
