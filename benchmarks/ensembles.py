@@ -22,6 +22,7 @@ from typing import Literal
 
 import numpy as np
 
+from wucht.dynamics.sampling.ensemble_equations import Variants, equations_of, parameters_of
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -30,7 +31,6 @@ from wucht.numerics.flow.heyoka_engine import translation
 from wucht.numerics.flow.program import lower
 from wucht.studies.basin.prepare import prepare
 from wucht.studies.basin.spec import Basin
-from wucht.studies.ensembles.ensemble_equations import Variants, equations_of, parameters_of
 from wucht.studies.runner import run
 
 _TOLERANCE, _REPETITIONS, _SAMPLES = 1e-6, 5, 100

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from benchmarks.run_up import best
+from wucht.dynamics.run_ups.run_up import Motion, run_up
+from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.prepare import Plan, prepare
-from wucht.studies.run_up.run import Motion, run_case
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
-from wucht.studies.work import Work
 
 
 def measure() -> Iterator[tuple[str, str]]:
@@ -23,7 +23,7 @@ def measure() -> Iterator[tuple[str, str]]:
     asked = RunUp(until=20.0, start={"p1": 0.3, "p2": -0.5})
     run(asked, machine)
     plan = prepare(asked, machine)
-    motion, case = _motion(plan), plan.cases[0]
+    motion, case = _motion(plan), plan.cases[0].run
     initial, values, grid = case.models[0].initial, case.models[0].values, motion.trajectory.time
     alone = best(lambda: integrate(motion.compiled, initial, values, grid, None, case.horizon.energy), 9)
     yield "integration alone", f"{1e3 * alone:8.2f} ms"
@@ -36,15 +36,15 @@ def measure() -> Iterator[tuple[str, str]]:
 
 
 def _legs(motion: Motion, plan: Plan) -> None:
-    model, watched = plan.cases[0].models[0], motion.watched
+    model, watched = plan.cases[0].run.models[0], motion.watched
     leg = watched.begin(model.initial, model.values)
-    for grid, _, _ in plan.cases[0].horizon.legs():
+    for grid, _, _ in plan.cases[0].run.horizon.legs():
         leg = watched.leg(leg, grid)
     watched.observation(leg)
 
 
 def _unwatched(motion: Motion, plan: Plan) -> None:
-    model, horizon = plan.cases[0].models[0], plan.cases[0].horizon
+    model, horizon = plan.cases[0].run.models[0], plan.cases[0].run.horizon
     state, values = model.initial, model.values
     for grid, _, _ in horizon.legs():
         leg = integrate(motion.compiled, state, values, grid, None, horizon.energy)
@@ -52,6 +52,6 @@ def _unwatched(motion: Motion, plan: Plan) -> None:
 
 
 def _motion(plan: Plan) -> Motion:
-    for motions in run_case(plan.spec, plan.cases[0], Work()):
+    for motions in run_up(plan.cases[0].run, Work()):
         (motion,) = motions
     return motion

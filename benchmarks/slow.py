@@ -15,10 +15,10 @@ from dataclasses import replace
 
 from benchmarks.run_up import GRID, best
 from wucht.analysis.averaged import averaged_machine
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 from wucht.system import System
 
 _SCRIPT = """

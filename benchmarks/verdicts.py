@@ -19,16 +19,15 @@ import numpy as np
 
 import wucht
 from benchmarks.random_machines import drawn
+from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, RunSettings
+from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled import compile_system
-from wucht.results.outcomes import Outcome
-from wucht.studies.motion.verdict import Verdict, judge
-from wucht.studies.motion.watched import Leg, Watched
-from wucht.studies.run_up.horizon import SPEED_LIMIT
-from wucht.studies.run_up.prepare import Case, prepare_case
-from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import DEFAULT_TOLERANCE
 
 _TIMES = (1.0, 4.0, 16.0)  # times T
@@ -79,14 +78,13 @@ def course(number: int, tolerance: float = DEFAULT_TOLERANCE) -> Course:
 def motion_of(number: int, tolerance: float = DEFAULT_TOLERANCE) -> Motion:
     """The motion of a machine, before anything of it is integrated."""
     of = drawn(number)
-    spec = RunUp(until=of.until, start=of.start, tolerance=tolerance)
-    return Motion(prepare_case(spec, machine_from(of.machine), of.start))
+    return Motion(RunUpCase.of(machine_from(of.machine), of.start, RunSettings(of.until, tolerance=tolerance)))
 
 
 class Motion:
     """A run that goes on."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: RunUpCase) -> None:
         self.case, (model,), horizon = case, case.models, case.horizon
         compiled = compile_system(model.system, horizon.tolerance, model.events(horizon.events))
         self.watched = Watched(case.watch, compiled, model.seen, horizon.vibration, horizon.energy)
@@ -203,7 +201,7 @@ MACHINES = (
 def advice_on(of: Tried) -> Judged:
     """Run a machine up, judge it again and again, and find the shortest run whose verdict holds for all longer ones."""
     machine = of.machine()
-    motion = Motion(prepare_case(RunUp(until=of.until, start=dict(of.start)), machine, dict(of.start)))
+    motion = Motion(RunUpCase.of(machine, of.start, RunSettings(of.until)))
     time = _FIRST * 2 * math.pi / abs(free_speed(machine, machine.rotor) or 2 * math.pi / 0.05)
     looks = list[tuple[float, str, float | None, Leg[Any]]]()
     while time < of.until:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from wucht.analysis.vibration import Vibration
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.machines.machine import Machine
@@ -20,7 +21,6 @@ from wucht.results.formatting import formats
 from wucht.results.sheet import legend_beside, new_figure
 from wucht.results.style import COLOURS, label
 from wucht.studies.spec import Spec
-from wucht.studies.work import Work
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.outcomes import Outcome
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
-from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 
 MACHINE = load_machine("drozdetskaya-2020/table-5.1")
 TURN = {"psi": [0.0, 2 * math.pi, 32], "delta": [0.0, math.pi, 16]}

@@ -14,7 +14,7 @@ SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
     "errors", "disk_cache", "file_names", "quantities", "piecewise", "system", "checking", "fields", "keys", "results",
     "numerics", "fatigue",
-    "mechanics", "machines", "files", "analysis", "measurements", "cams", "studies", "cli",
+    "mechanics", "machines", "files", "analysis", "dynamics", "measurements", "cams", "studies", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
@@ -69,6 +69,11 @@ def test_each_floor_knows_only_those_below(module: str) -> None:
     if _floor(module) in ("", "__main__"):
         return
     assert {_floor(m) for m in _imports(MODULES[module])} - {""} <= ALLOWED[_floor(module)]
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if _floor(m) == "dynamics"])
+def test_engines_know_no_spec_and_no_figure(module: str) -> None:
+    assert {m for m in _imports(MODULES[module]) if _floor(m) in ("results", "studies", "cli")} == set()
 
 
 def test_no_files_import_each_other_in_a_circle() -> None:

@@ -7,10 +7,10 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 
 TIME = sp.Symbol("time", real=True)
 

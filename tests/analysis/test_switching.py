@@ -15,6 +15,7 @@ from wucht.analysis.switching import (
     without_pendulums,
 )
 from wucht.analysis.vibration import unbalances
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -22,7 +23,6 @@ from wucht.machines.operation import natural_frequencies
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 
 M, R_I, R_O, FORCE = 0.25, 0.052, 0.104, 292.5
 RAMP = 6.0

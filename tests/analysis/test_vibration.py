@@ -7,12 +7,12 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from wucht.analysis.vibration import Vibration, unbalances
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 
 SPEEDS = np.array([0.05, 0.5, 0.95, 1.0, 1.05, 1.5, 2.0, 10.0])
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
 from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
 from wucht.files.documents import read_toml
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 from wucht.studies.study_file import read_study
 
 

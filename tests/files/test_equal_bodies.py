@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.equal_bodies import EqualBodies, keys_in_files
 from wucht.machines.parts import Roller, Rotor
-from wucht.studies.initial_state import angles_in, initial_state
 
 RING = {"kind": "rotor", "name": "ring", "mass": 2.0, "unbalance": 1e-3, "inertia": 0.02}
 BALL = {

@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 
 INERTIA, WEIGHT = 0.05, 2 * 9.81 * 0.1
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.1, "inertia": INERTIA}

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import summary_of
-from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 from witness import GRID, Mechanism, along, close, energy_gap, moved
 from wucht import Machine, parts
 from wucht.analysis.vibration import unbalance_scale, unbalances
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.results.conventions import summary_of
-from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wucht.analysis.dimensionless import numbers
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
@@ -17,7 +18,6 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import summary_of
 from wucht.studies.coast_down.spec import CoastDown
-from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance.spec import TorqueBalance

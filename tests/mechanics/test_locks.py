@@ -10,12 +10,12 @@ import pytest
 import sympy as sp
 
 from witness import Mechanism, along
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
-from wucht.studies.run_up.prepare import placed_at_start
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

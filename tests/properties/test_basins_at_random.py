@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensemble_run import outcomes_of
 from wucht.files.catalogue import load_machine
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
-from wucht.studies.ensembles.ensemble_run import outcomes_of
-from wucht.studies.initial_state import initial_state
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import LOST, SUPPLIED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import summary_of
-from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

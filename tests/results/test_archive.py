@@ -17,9 +17,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.errors import WuchtError
 from wucht.results import archive
-from wucht.results.outcomes import Outcome
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.results.conventions import summary_of
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run
-from wucht.studies.work import Work
 
 START = {"p1": 0.3, "p2": -0.5}
 QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {

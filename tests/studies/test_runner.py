@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.files.catalogue import load_machine
@@ -29,7 +30,6 @@ from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description
 from wucht.studies.synchronous_states.spec import SynchronousStates
-from wucht.studies.work import Work
 
 
 class Numbers:

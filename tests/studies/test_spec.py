@@ -46,4 +46,4 @@ def test_words_for_another_key_are_no_quantities(until: Any) -> None:
     spec = RunUp.read({"until": until})
     spec.refuse_units()
     (case,) = prepare_run_up(spec, load_machine(DIMENSIONLESS)).cases
-    assert case.horizon.until_settled == ("turns" not in dict.fromkeys(until))
+    assert case.run.horizon.until_settled == ("turns" not in dict.fromkeys(until))

@@ -16,13 +16,13 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.results.conventions import answered, variable
-from wucht.studies.cluster import Told
+from wucht.studies.cluster import TaskReport
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description
-from wucht.studies.work import Work
 
 
 class Marked:
@@ -62,7 +62,7 @@ def marks(folder: Path, what: str) -> list[tuple[int, int]]:
     return [(int(number), int(process)) for number, process, _ in sorted(words, key=lambda w: int(w[2]))]
 
 
-def square(folder: Path, lasts: float, number: int, told: Told) -> Square:
+def square(folder: Path, lasts: float, number: int, told: TaskReport) -> Square:
     mark(folder, "begun", number)
     until = time.monotonic() + lasts
     if lasts < 0:

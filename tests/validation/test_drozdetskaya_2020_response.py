@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import summary_of as summary
-from wucht.studies.initial_state import initial_state
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 from wucht.studies.torque_balance.spec import TorqueBalance

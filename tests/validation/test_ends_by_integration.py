@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_document, names
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
@@ -21,7 +22,6 @@ from wucht.studies.orbit_branch.orbit_walk import KeptOrbit
 from wucht.studies.orbit_branch.prepare import Plan, prepare
 from wucht.studies.orbit_branch.run import Findings, run
 from wucht.studies.study_file import read_study
-from wucht.studies.work import Work
 
 pytestmark = pytest.mark.slow
 

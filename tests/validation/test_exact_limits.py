@@ -20,13 +20,13 @@ import xarray as xr
 from scipy.special import ellipk
 
 from wucht.analysis.vibration import Vibration
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import summary_of
-from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -13,25 +13,12 @@ from wucht.results.store import to_json
 if TYPE_CHECKING:
     import xarray as xr
 
-_ROUNDING = 1e-9  # rad
-
 Variable = tuple[tuple[str, ...], Any, dict[str, str]]
 
 
 def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> Variable:
     """A Dataset variable: dimensions (names in one string), values (None: not a number), what it is, in which units."""
     return tuple(dimensions.split()), np.asarray(np.nan if values is None else values), {"long_name": long_name, "units": units}
-
-
-def wrapped(angle: Any) -> np.ndarray:
-    """Angles in [0, 2 pi), what is a rounding below a whole turn being 0. Of any shape."""
-    angles = np.remainder(angle, 2 * np.pi)
-    return np.where(2 * np.pi - angles > _ROUNDING, angles, 0.0)
-
-
-def within_half_a_turn(angle: Any) -> np.ndarray:
-    """Angles in [-pi, pi), of any shape."""
-    return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
 
 
 def answered(

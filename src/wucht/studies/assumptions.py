@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from wucht.analysis.averaged import keeps_inertia
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, listed, speeds_in
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped
 from wucht.machines.tree import RotatingBody
-from wucht.studies.initial_state import angles_in, initial_state, listed, speeds_in
 from wucht.studies.spec import AVERAGED, FULL, Spec
 
 _MODELS = {"full": FULL, "slow": AVERAGED, "both": f"{FULL} and {AVERAGED}"}

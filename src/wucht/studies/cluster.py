@@ -22,6 +22,7 @@ from uuid import uuid4
 
 import numpy as np
 
+from wucht.dynamics.work import Task, TaskReport
 from wucht.errors import InputError, RunError, nearest
 from wucht.results.provenance import versions
 
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from distributed import Client, Future, Worker
 
 T = TypeVar("T")
-Told = Callable[[float], None]  # the share of a task that is done, 0 to 1; may raise ``KeyboardInterrupt``
-Task = Callable[[Told], T]
 _AHEAD = 2  # tasks a thread of the workers that are submitted: one under way, one waiting
 _ANSWER_S = 5.0  # in which a scheduler must answer
 _PROTOCOLS = ("tcp", "tls", "ucx", "ws", "wss")
@@ -252,7 +251,7 @@ def _on_worker(packed: bytes, made_with: Mapping[str, str], topic: str, name: st
         raise Reschedule from None  # which the scheduler ignores of a task that nobody waits for any more
 
 
-def _teller(worker: Worker, topic: str, name: str) -> Told:
+def _teller(worker: Worker, topic: str, name: str) -> TaskReport:
     """What tells how far a task is, and raises ``KeyboardInterrupt`` when nobody waits for it any more."""
     key, told = worker.get_current_task(), clock.monotonic()
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.work import Report, Work
 from wucht.errors import InputError, WuchtError
 from wucht.results.arranging import arrange
 from wucht.results.conventions import assumed_of
@@ -35,7 +36,6 @@ from wucht.studies.resuming import earlier, question_of
 from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description, subject_of
-from wucht.studies.work import Report, Work
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.checking import table
+from wucht.dynamics.work import Report
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
@@ -15,7 +16,6 @@ from wucht.studies.registry import asked_study, studies
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
-from wucht.studies.work import Report
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,10 +13,10 @@ import pytest
 
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Ends, Members, Pace, Status
-from wucht.studies.initial_state import initial_state
 from wucht.system import System
 
 pytest.importorskip("heyoka")

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.initial_state import initial_state
 
 pytest.importorskip("heyoka")
 

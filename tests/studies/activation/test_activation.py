@@ -162,7 +162,7 @@ def test_pendulums_start_at_their_orientations() -> None:
     """From each to the next the orientation, counter-clockwise, their mean at the phases, which divide a turn evenly."""
     plan = prepare(Activation(until="1.5 s", orientations=[0.5, 2.0], phases=4, variants=["switchable"]), MACHINE)
     assert plan.phases == pytest.approx((0.0, math.pi / 2, math.pi, 3 * math.pi / 2))
-    starts = {(run.orientation, run.phase): [run.question.start[name] for name in plan.pendulums] for run in plan.runs}
+    starts = {(run.orientation, run.phase): [run.start[name] for name in plan.pendulums] for run in plan.runs}
     assert len(starts) == 8
     first, second = starts[1, 1]
     assert (first, second) == pytest.approx((math.pi / 2 - 1.0, math.pi / 2 + 1.0))

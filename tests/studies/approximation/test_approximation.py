@@ -13,6 +13,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase
+from wucht.dynamics.run_ups.run_up_models import SlowModel
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -25,12 +28,7 @@ from wucht.studies.approximation.dataset import regions
 from wucht.studies.approximation.order import FACTORS, Errors, UnmeasuredError, errors, nominal
 from wucht.studies.approximation.prepare import OWN, Plan, changes_at, prepare
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.run_up.model import SlowModel
-from wucht.studies.run_up.prepare import Case
-from wucht.studies.run_up.run import Motion
-from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run
-from wucht.studies.work import Work
 
 Study = Callable[..., Path]
 TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"
@@ -85,7 +83,7 @@ def test_values_of_the_range(rotor: Machine, keys: dict[str, Any], expected: lis
 def test_defaults() -> None:
     question = ask()
     assert (question.along, question.values, question.until_phi, question.order) == ((), (), 100.0, 1)
-    assert question.run_up().model == "both"
+    assert question.settings.model == "both"
 
 
 def test_one_factor_of_several_parameters() -> None:
@@ -308,17 +306,17 @@ def test_what_failed_is_not_alike() -> None:
 
 
 def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    genuine = comparison_module.run_case
+    genuine = comparison_module.run_up
 
-    def fail_at_1(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]]:
-        for leg, motions in enumerate(genuine(spec, case, work)):
+    def fail_at_1(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
+        for leg, motions in enumerate(genuine(case, work)):
             yield motions
             if case.machine.values["u"] == 1.0 and leg == 2:
                 failed = replace(motions[0].trajectory, failure="the step became too small")
                 yield (replace(motions[0], trajectory=failed),)
                 return
 
-    monkeypatch.setattr(comparison_module, "run_case", fail_at_1)
+    monkeypatch.setattr(comparison_module, "run_up", fail_at_1)
     result, summary = answer(rotor, along="u", values=[1.0, 2.0], until=800.0)
     assert summary["deviations"][0]["speed"] is None
     assert summary["deviations"][0]["outcome"] == summary["deviations"][0]["slow_outcome"] == "failed"

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import pytest
 
-from wucht.results.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.studies.basin.figure import _LOOKS, multiples_of_pi
 
 

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.varied import start_states
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -15,8 +17,6 @@ from wucht.machines.machine import Machine
 from wucht.studies.basin.map_axes import axis_of
 from wucht.studies.basin.prepare import prepare
 from wucht.studies.basin.spec import Basin
-from wucht.studies.initial_state import initial_state
-from wucht.studies.varied import start_states
 
 R1, NUMBERS = load_machine("drozdetskaya-2020/r1"), load_machine("drozdetskaya-2020/table-5.1")
 TURN = 2 * math.pi

@@ -15,6 +15,7 @@ from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.cams.tables.kinds_of_law import LAWS
 from wucht.cams.tables.speed import SpeedTable
+from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_prediction.prepare import dwells_of, prepare
@@ -22,7 +23,6 @@ from wucht.studies.cam_prediction.run import run
 from wucht.studies.memory import Memory
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
-from wucht.studies.work import Work
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
 LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)

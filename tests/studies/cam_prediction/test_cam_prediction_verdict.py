@@ -13,6 +13,7 @@ from wucht.cams.correction import CorrectedLaw
 from wucht.cams.prediction import CamShaft
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_prediction import confirmation as simulation
@@ -20,7 +21,6 @@ from wucht.studies.cam_prediction.confirmation import confirmation
 from wucht.studies.cam_prediction.prepare import prepare
 from wucht.studies.cam_prediction.run import run
 from wucht.studies.cam_prediction.summary_of_prediction import _departs, summary, verdict
-from wucht.studies.work import Work
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
 LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)

@@ -12,19 +12,19 @@ import pytest
 import xarray as xr
 
 from known_basins import MACHINE, engine, phases
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES
+from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
 from wucht.studies.capture_probability import run as running
 from wucht.studies.capture_probability.prepare import prepare
 from wucht.studies.capture_probability.spec import CaptureProbability
-from wucht.studies.ensembles.member_outcomes import OUTCOMES
-from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
-from wucht.studies.work import Work
 
 PSI = {"uniform": [0.0, 2 * math.pi]}
 DELTA = {"uniform": [0.0, math.pi]}

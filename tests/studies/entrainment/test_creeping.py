@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.verdicts.locking import Locked, locked
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import Watch
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
@@ -18,9 +21,6 @@ from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.prepare import prepare
 from wucht.studies.entrainment.runs import RunsFromStart
 from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.motion.locking import Locked, locked
-from wucht.studies.motion.noise import Noise
-from wucht.studies.motion.observation import Watch
 from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -25,7 +26,6 @@ from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, capture_ba
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.entrainment.swept_parameter import swept_parameter
 from wucht.studies.runner import run
-from wucht.studies.work import Work
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
 E1, E2 = ROTOR | {"name": "e1"}, ROTOR | {"name": "e2"}

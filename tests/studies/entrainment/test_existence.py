@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.entrainment import existence as existence_module
@@ -21,7 +22,6 @@ from wucht.studies.entrainment.existence import Existence, existence, threshold
 from wucht.studies.entrainment.prepare import Plan, prepare
 from wucht.studies.entrainment.runs import RunFromStart
 from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.work import Work
 
 W, SLOPE, UNBALANCE, AMPLITUDE = 2 * math.pi, 1e-5, 0.1 * 0.01, 1e-3
 TORQUE = UNBALANCE * AMPLITUDE * W**2 / 2

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht.dynamics.sampling.search_variables import variables_of
+from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.fatigue.rainflow_counting import rainflow
@@ -14,8 +16,6 @@ from wucht.studies.exciter_design.slow_beats import Beat, Rig
 from wucht.studies.load_spectrum.prepare import prepare
 from wucht.studies.load_spectrum.run import run
 from wucht.studies.load_spectrum.spec import LoadSpectrum
-from wucht.studies.searching.search_variables import variables_of
-from wucht.studies.work import Work
 
 MACHINE = load_machine("practice/exciter")
 BEATS = 40

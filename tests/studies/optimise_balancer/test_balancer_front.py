@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from known_fronts import END, MACHINE, RANGE, Parabolas, x_of
 
+from wucht.dynamics.sampling import pareto_search
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.errors import InputError
 from wucht.results.conventions import summary_of
-from wucht.results.outcomes import Outcome
 from wucht.studies.optimise_balancer import candidates, run
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
-from wucht.studies.searching import pareto_search
 
 TWO = OptimiseBalancer(
     vary={"damping": RANGE}, objectives=["peak", "settling-time"], samples=2, population=20, evaluations=400, points=12,

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import THROUGH, Outcome
 from wucht.errors import InputError
 from wucht.results.conventions import summary_of
-from wucht.results.outcomes import THROUGH, Outcome
-from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.optimise_balancer import candidates
 from wucht.studies.optimise_balancer.candidates import CAPTURE, PEAK, SETTLING, evaluated
 from wucht.studies.optimise_balancer.prepare import prepare

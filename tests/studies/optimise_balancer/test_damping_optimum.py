@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht.dynamics.work import Work
 from wucht.results.conventions import summary_of
 from wucht.studies.optimise_balancer.candidates import tried
 from wucht.studies.optimise_balancer.damping_optimum import damping_curve, rates_of
@@ -14,7 +15,6 @@ from wucht.studies.optimise_balancer.standing_states import decay_rate, standing
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 from wucht.studies.synchronous_states.spec import SynchronousStates
-from wucht.studies.work import Work
 
 MACHINE = read_study("sperling-rollers/figure-9").subject
 RANGE = [5e-6, 5e-4]

@@ -14,12 +14,12 @@ import pytest
 import xarray as xr
 
 from wucht.cli.progress import Progress
+from wucht.dynamics.run_ups import observed_integration as watched
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
-from wucht.studies.motion import watched
 from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.machines.machine import LOST
 from wucht.results.conventions import summary_of
 from wucht.studies.registry import study_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
-from wucht.studies.work import Work
 
 MACHINE = {
     "carrier": {"stiffness": 1e5, "damping": 200.0},

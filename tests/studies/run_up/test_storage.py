@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.run_ups.horizon import Horizon, numbers_a_sample
+from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
-from wucht.studies.initial_state import initial_state
-from wucht.studies.run_up.horizon import Horizon, numbers_a_sample
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -66,7 +66,7 @@ def test_a_speed_beyond_what_is_expected_is_stored_as_densely() -> None:
 
 
 def horizon(machine: Machine, **asked: Any) -> Horizon:
-    return Horizon.of(machine, RunUp(**asked), initial_state(machine, {}))
+    return Horizon.of(machine, RunUp(**asked).settings, initial_state(machine, {}))
 
 
 @pytest.mark.parametrize("asked", [{"until": 2000.0}, {"until": 1e5}, {"until": 1e9}, {"settled": True}])

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from scipy.optimize import brentq
 
+from wucht.dynamics.run_ups import horizon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
-from wucht.studies.run_up import horizon
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

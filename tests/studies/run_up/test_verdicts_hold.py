@@ -3,7 +3,7 @@
 import pytest
 from benchmarks.verdicts import Course, course
 
-from wucht.results.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import Outcome
 
 COUNT = 120  # one of each structure
 ONCE_CHANGED = (

@@ -14,7 +14,7 @@ from wucht.analysis.configurations.steady_branches import overlapping
 from wucht.analysis.forced import Forced
 from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import unbalances
-from wucht.results.conventions import wrapped
+from wucht.numerics.angles import wrapped
 
 _SAMPLES = 64  # members of a family
 STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (

@@ -25,7 +25,7 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.structure import SPEED
 from wucht.mechanics.averaged.bodies import absolute
-from wucht.results.conventions import within_half_a_turn
+from wucht.numerics.angles import within_half_a_turn
 
 _PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
 _NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as none

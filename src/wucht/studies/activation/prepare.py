@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 from wucht.analysis.switching import (
     Switching,
@@ -15,11 +16,11 @@ from wucht.analysis.switching import (
     with_rigid_pendulums,
     without_pendulums,
 )
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.studies.activation.spec import Activation
-from wucht.studies.run_up.prepare import prepare_case
-from wucht.studies.run_up.spec import RunUp
 
 SWITCHABLE, BALANCED, RIGID, NONE = "switchable", "balanced", "rigid", "none"
 
@@ -31,10 +32,15 @@ class Planned:
     name: str
     of: str
     machine: Machine
-    question: RunUp
+    start: Mapping[str, Any]
+    settings: RunSettings
     speed: int = -1
     orientation: int = -1
     phase: int = -1
+
+    def case(self) -> RunUpCase:
+        """The run, ready to be integrated. Raises ``InputError`` where the start does not fit the machine."""
+        return RunUpCase.of(self.machine, self.start, self.settings)
 
 
 @dataclass(frozen=True)
@@ -74,9 +80,9 @@ def prepare(spec: Activation, machine: Machine) -> Plan:
         if of in spec.variants:
             runs += [_planned(spec, of, m, names, (-1, *at[1:]), phases) for m, *at in _each(spec, [others[of]])]
     if NONE in spec.variants:
-        runs.append(Planned(NONE, NONE, without_pendulums(machine), _run_up(spec, {})))
-    for run in runs[:: spec.phases]:  # what does not fit is told before anything is computed
-        prepare_case(run.question, run.machine, run.question.start)
+        runs.append(Planned(NONE, NONE, without_pendulums(machine), spec.start, _settings(spec)))
+    for run in runs[:: spec.phases]:  # what does not fit is refused before anything is computed
+        run.case()
     every = tuple(tuple(switching(m, p) for p in pendulums) for m in machines)
     return Plan(spec, machine, names, every, phases, tuple(runs))
 
@@ -94,8 +100,8 @@ def _balanced(machine: Machine) -> Machine:
     return machine.with_values({f"{p.path}.permanent_unbalance": 0.0 for p in switchable(machine)})
 
 
-def _run_up(spec: Activation, angles: dict[str, float]) -> RunUp:
-    return RunUp(until=spec.until, start=dict(spec.start) | angles, tolerance=spec.tolerance, engine=spec.engine)
+def _settings(spec: Activation) -> RunSettings:
+    return RunSettings(until=spec.until, tolerance=spec.tolerance, engine=spec.engine)
 
 
 def _planned(
@@ -105,4 +111,4 @@ def _planned(
     _, j, k = at
     apart, middle = spec.orientations[j], (len(names) - 1) / 2
     angles = {name: phases[k] + (i - middle) * apart for i, name in enumerate(names)}
-    return Planned(f"{of} {' '.join(map(str, at))}", of, machine, _run_up(spec, angles), *at)
+    return Planned(f"{of} {' '.join(map(str, at))}", of, machine, dict(spec.start) | angles, _settings(spec), *at)

@@ -10,12 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from wucht.dynamics.run_ups.run_up import run_up
+from wucht.dynamics.work import Work
 from wucht.machines.machine import Machine
 from wucht.studies.activation.prepare import BALANCED, SWITCHABLE, Plan, Planned
-from wucht.studies.run_up.prepare import prepare_case
-from wucht.studies.run_up.run import run_case
 from wucht.studies.run_up.variables import variables
-from wucht.studies.work import Work
 
 CURVE = 400  # points of the amplitude over the speed
 _LIFTED, _OUT = 0.01, 0.5  # of the stroke: the mass has left the inner stop; it is open
@@ -65,8 +64,8 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, str], None]) -> Done:
-    case = prepare_case(planned.question, planned.machine, planned.question.start)
-    for (motion,) in run_case(planned.question, case, Work()):
+    case = planned.case()
+    for (motion,) in run_up(case, Work()):
         report(min(motion.last.stored.end_time / case.horizon.expected_end, 1.0), planned.of)
     coordinates, data = variables(case.machine, motion.rows, motion.seen, motion.observation.largest)
     speed, angle = (dict(zip(coordinates["body"][1].tolist(), data[key][1], strict=True)) for key in ("speed", "angle"))

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.results.outcomes import Outcome
+from wucht.dynamics.run_ups.deviations import at_equal_angle, course_of
+from wucht.dynamics.run_ups.run_up import run_up
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.studies.approximation.prepare import Plan
-from wucht.studies.deviations import at_equal_angle
-from wucht.studies.memory import Memory
-from wucht.studies.run_up.both_models import course_of
-from wucht.studies.run_up.run import run_case
-from wucht.studies.work import Work
 
 CURVE = 400  # samples of a curve over the rotor's angle
 
@@ -52,7 +50,7 @@ def angles(until_phi: float) -> np.ndarray:
 def comparison(plan: Plan, k: int, work: Work) -> Comparison:
     """Run both models of the k-th case. Raises ``KeyboardInterrupt`` where the user has asked to stop."""
     # What is remembered is the comparison: the legs of its two runs would be some ten megabytes each time.
-    [motions] = deque(run_case(plan.run_up, plan.cases[k], replace(work, memory=Memory())), maxlen=1)
+    [motions] = deque(run_up(plan.cases[k], work.unkept), maxlen=1)
     failure = "; ".join(m.trajectory.failure for m in motions if m.trajectory.failure)
     outcome, slow_outcome, *_ = [*(str(m.verdict.outcome) for m in motions), str(Outcome.FAILED)]
     until, at, courses = plan.spec.until_phi, angles(plan.spec.until_phi), [course_of(m) for m in motions]

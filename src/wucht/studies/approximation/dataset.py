@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.deviations import watched
 from wucht.results.conventions import answered, variable
 from wucht.studies.approximation.comparison import CURVE, Comparison, angles
 from wucht.studies.approximation.prepare import Plan
 from wucht.studies.approximation.run import Findings
-from wucht.studies.deviations import watched
 
 if TYPE_CHECKING:
     import xarray as xr

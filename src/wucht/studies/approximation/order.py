@@ -11,6 +11,10 @@ from itertools import pairwise
 import numpy as np
 
 from wucht.analysis.strength import values_at, weakened
+from wucht.dynamics.run_ups.deviations import watched
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.run_up_models import SlowModel, slow_model
+from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped, operating_speed
@@ -18,10 +22,6 @@ from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.deviations import watched
-from wucht.studies.initial_state import initial_state
-from wucht.studies.run_up.model import SlowModel, slow_model
-from wucht.studies.work import Work
 
 FACTORS = (1.0, 0.5, 0.25, 0.125)
 _SAMPLES = 2000

@@ -9,14 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.checking import read_quantity
+from wucht.dynamics.parameters import parameter_of, range_of
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.parameters import parameter_of, range_of
-from wucht.studies.run_up.prepare import Case, prepare_case
-from wucht.studies.run_up.spec import RunUp
 
 OWN = math.nan  # in place of a value of the parameter: the machine as it is
 _DECADE = 10.0
@@ -29,20 +28,19 @@ class Plan:
 
     spec: Approximation
     machine: Machine
-    run_up: RunUp
     values: tuple[float, ...]
-    cases: tuple[Case, ...]
+    cases: tuple[RunUpCase, ...]
 
 
 def prepare(spec: Approximation, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine, or it has no averaged equations."""
-    values, run_up = (OWN, *_values(spec, machine)), spec.run_up()
+    values = (OWN, *_values(spec, machine))
     where = "study.values" if spec.values else "study.range"
     changes = [changes_at(machine, spec.along, value) for value in values]
     for change in changes:
         check_values(machine.parts, change, where, machine.values)
-    cases = tuple(prepare_case(run_up, machine.with_unchecked(change), spec.start) for change in changes)
-    return Plan(spec, machine, run_up, values, cases)
+    cases = tuple(RunUpCase.of(machine.with_unchecked(change), spec.start, spec.settings) for change in changes)
+    return Plan(spec, machine, values, cases)
 
 
 def changes_at(machine: Machine, along: Sequence[str], value: float) -> Mapping[str, float]:

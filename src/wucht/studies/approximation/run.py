@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
+from wucht.dynamics.work import Work
 from wucht.studies.approximation.comparison import Comparison, comparison
 from wucht.studies.approximation.order import Errors, UnmeasuredError, errors
 from wucht.studies.approximation.prepare import Plan
-from wucht.studies.work import Work
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import (
     AVERAGED,
     DEFAULT_TOLERANCE,
@@ -85,7 +85,9 @@ class Approximation(Spec):
         if not 2 <= self.points <= MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {MOST_POINTS}")
 
-    def run_up(self) -> RunUp:
-        """The run-up whose models are compared."""
-        shared = ("until", "start", "inertia", "order", "tolerance", "engine")
-        return RunUp(model="both", **{key: getattr(self, key) for key in shared})
+    @property
+    def settings(self) -> RunSettings:
+        """How both models are run up."""
+        return RunSettings(
+            self.until, model="both", inertia=self.inertia, order=self.order, tolerance=self.tolerance, engine=self.engine
+        )

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.conventions import Variable, answered, variable
 from wucht.results.formatting import percent
-from wucht.results.outcomes import Outcome
 from wucht.studies.basin.area_shares import bound, share, uncertainty
 from wucht.studies.basin.map_axes import Axis
 from wucht.studies.basin.prepare import Plan
 from wucht.studies.basin.run import MISSING, Findings, Level
-from wucht.studies.ensembles.member_outcomes import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray as xr

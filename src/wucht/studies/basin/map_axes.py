@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.parameters import range_of
+from wucht.dynamics.run_ups.varied import Varied, varied_of
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.studies.parameters import range_of
 from wucht.studies.spec import Quantity
-from wucht.studies.varied import Varied, varied_of
 
 VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; its axes have other names
 _WHOLE_TURN = 1e-4  # of a period: so nearly an axis that goes round is taken to close

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.varied import check_together
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensemble_run import way_of
+from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at
 from wucht.machines.machine import Machine
 from wucht.studies.basin.map_axes import Axis, axis_of
 from wucht.studies.basin.spec import Basin
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
-from wucht.studies.ensembles.ensemble_run import way_of
-from wucht.studies.ensembles.placed_members import impossible, left_out, members_at
-from wucht.studies.initial_state import initial_state
-from wucht.studies.varied import check_together
 
 _PROBES = 64  # cells that are looked at before the first run
 

@@ -13,11 +13,11 @@ from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.workshop.cam_files import Outline
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.cams.workshop.rounding import rounding_warning
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.studies.cam_contour.contact_load import Pressed, largest_pressed, pressed
 from wucht.studies.cam_contour.prepare import Plan
 from wucht.studies.cam_contour.shapes import AnyCam
-from wucht.studies.work import Work
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.milled import MilledCam
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
 from wucht.cams.workshop.points import chord_deviation
+from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.measurements.shaft_signal import TURN
 from wucht.numerics.harmonics import Harmonics, even_angles
@@ -23,7 +24,6 @@ from wucht.studies.cam_contour.judgement import beyond_common
 from wucht.studies.cam_contour.shapes import AnyCam, Shape, shapes
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.cam_correction.prepare import Cams, Plan
-from wucht.studies.work import Work
 
 CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 TIMES = 721  # at which the motion over time is given, the first again at the end

@@ -10,10 +10,10 @@ import numpy as np
 from wucht.cams.laws.law import Law
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.synthesis import Cap, Restriction, extremes
+from wucht.dynamics.work import Work
 from wucht.numerics.harmonics import Harmonics, even_angles
 from wucht.numerics.valleys import valleys
 from wucht.studies.cam_law.prepare import Plan
-from wucht.studies.work import Work
 
 _SAMPLES = 4096  # of a law that has no end of harmonics
 _FINE = 2000  # of an arc, on which the values of such a law are looked at

@@ -12,12 +12,12 @@ import numpy as np
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
 from wucht.cams.laws.law import Law
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics, even_angles
 from wucht.studies.cam_prediction.confirmation import Confirmation, confirmation
 from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, vibrations
 from wucht.studies.cam_prediction.prepare import Plan
-from wucht.studies.work import Work
 
 _AVERAGED = 4096  # points of a turn, for means
 

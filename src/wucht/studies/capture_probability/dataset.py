@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
 from wucht.results.conventions import answered, variable
 from wucht.results.formatting import percent
 from wucht.studies.capture_probability.distributions import KINDS
@@ -14,7 +15,6 @@ from wucht.studies.capture_probability.prepare import Plan
 from wucht.studies.capture_probability.random_points import REPLICATES
 from wucht.studies.capture_probability.run import Findings, Point
 from wucht.studies.capture_probability.smallest_value import fall_of, smallest
-from wucht.studies.ensembles.member_outcomes import MemberOutcomes
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,6 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensemble_run import way_of
+from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at
 from wucht.errors import InputError
 from wucht.fields import Parameter
 from wucht.machines.machine import Machine
@@ -14,12 +20,6 @@ from wucht.studies.capture_probability.distributions import Distribution, distri
 from wucht.studies.capture_probability.random_points import REPLICATES, points
 from wucht.studies.capture_probability.sobol_indices import cross_sampled, library
 from wucht.studies.capture_probability.spec import CaptureProbability
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
-from wucht.studies.ensembles.ensemble_run import way_of
-from wucht.studies.ensembles.placed_members import impossible, left_out, members_at
-from wucht.studies.initial_state import initial_state
-from wucht.studies.parameters import ends_of, parameter_of, values_of
-from wucht.studies.varied import Varied, check_together, varied_of
 
 _PROBES = 64  # samples that are looked at before the first run
 _RANDOM = "study.random"

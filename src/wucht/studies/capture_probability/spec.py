@@ -7,12 +7,12 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
+from wucht.dynamics.verdicts.outcomes import OPEN, THROUGH, Outcome
 from wucht.errors import InputError, nearest
-from wucht.results.outcomes import OPEN, THROUGH, Outcome
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import check_form
 from wucht.studies.capture_probability.random_points import REPLICATES
-from wucht.studies.ensembles.ensemble_keys import EnsembleSpec
+from wucht.studies.ensemble_keys import EnsembleSpec
 
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
 

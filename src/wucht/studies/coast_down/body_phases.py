@@ -10,10 +10,10 @@ import numpy as np
 
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
 from wucht.analysis.configurations.steady_machine import turning
+from wucht.dynamics.run_ups.initial_state import listed
+from wucht.dynamics.run_ups.steady_phases import HELD
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.studies.initial_state import listed
-from wucht.studies.steady_phases import HELD
 
 _PAIR = ("psi", "delta")
 

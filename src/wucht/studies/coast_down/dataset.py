@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.initial_state import angles_in, listed
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.operation import natural_frequencies
 from wucht.results.conventions import answered, assuming, variable
-from wucht.results.outcomes import Outcome
 from wucht.studies.coast_down.prepare import CarrierStart, Plan
 from wucht.studies.coast_down.record import Record
 from wucht.studies.coast_down.run import Findings
-from wucht.studies.initial_state import angles_in, listed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,15 +13,15 @@ import numpy as np
 from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import energy_scale
 from wucht.analysis.static import axis_at_rest
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, placed, speeds_in
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, sense_of
+from wucht.machines.release_events import release_events
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.events import Event
 from wucht.studies.coast_down.body_phases import BodyPhases
 from wucht.studies.coast_down.spec import CoastDown
-from wucht.studies.initial_state import angles_in, initial_state, placed, speeds_in
-from wucht.studies.release_events import release_events
 
 REVERSAL = "reversal"
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
 from wucht.machines.machine import LOST
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 from wucht.studies.coast_down.prepare import REVERSAL, Plan
-from wucht.studies.observables import Orbit, balanced, rows_of
 
 MOST_ROWS = 8000
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")

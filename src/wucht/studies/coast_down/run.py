@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down.prepare import Plan
 from wucht.studies.coast_down.record import Descent, Record, reduced
-from wucht.studies.work import Work
 
 SAMPLES_A_LEG = 20_480
 SLOW = 0.01  # of the speed at the start: without `until` the run ends there

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
+from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.studies.comparison.compared import Compared, compared, refused
 from wucht.studies.comparison.prepare import Case, Plan
-from wucht.studies.work import Work
 
 
 @dataclass(frozen=True)

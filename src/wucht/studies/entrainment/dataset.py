@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.machine import Machine
-from wucht.results.conventions import Variable, answered, variable, wrapped
-from wucht.results.outcomes import Outcome
+from wucht.numerics.angles import wrapped
+from wucht.results.conventions import Variable, answered, variable
 from wucht.studies.entrainment.locked_motions import bodies_with_phase
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.report import band_in_words

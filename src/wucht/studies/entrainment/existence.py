@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.studies.entrainment.averaged_equations import AveragedEquations
 from wucht.studies.entrainment.branches import Branch, Continuation, StableRange
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.runs import RunFromStart
 from wucht.studies.entrainment.swept_parameter import AMPLITUDE, DETUNING, no_load_speed, swept_parameter
-from wucht.studies.work import Work
 
 _MARGIN = 0.2  # of the band of existence: how far beyond it is looked
 _FIRST, _LARGEST = 0.5, 3.0  # of the threshold, times it or the machine's own amplitude: where more only helps

@@ -9,14 +9,14 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
+from wucht.numerics.angles import within_half_a_turn
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
-from wucht.results.conventions import within_half_a_turn
 from wucht.studies.entrainment.prepare import Plan
-from wucht.studies.work import Work
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above
 _MOST_STEPS, _FEW_STEPS = 25, 8  # of Newton's method: from the end of a run, from a neighbour's motion

@@ -8,14 +8,14 @@ import numpy as np
 
 from wucht.analysis.averaged import averaged_machine
 from wucht.checking import read_quantity
+from wucht.dynamics.parameters import range_of
+from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.verdicts.locking import is_locking
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit, article
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.entrainment.swept_parameter import SweptParameter, swept_parameter
-from wucht.studies.motion.locking import is_locking
-from wucht.studies.parameters import range_of
-from wucht.studies.run_up.prepare import placed_at_start
 
 
 @dataclass(frozen=True)

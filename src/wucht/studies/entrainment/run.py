@@ -10,12 +10,12 @@ from itertools import chain
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.studies.entrainment.existence import Existence, existence, range_around, threshold
 from wucht.studies.entrainment.locked_motions import LockedMotion, LockedMotions
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, RunsFromStart, capture_band, senses_of, values_to_run
-from wucht.studies.work import Work
 
 _RESOLUTION = 1e-5  # of the range
 _BISECTIONS = 70  # expected, for the progress

@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.observed_integration import Watched
+from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.verdicts.locking import Locked, locked
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import Observation, Watch
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
+from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
-from wucht.studies.motion.locking import Locked, locked
-from wucht.studies.motion.noise import Noise
-from wucht.studies.motion.observation import Observation, Watch
-from wucht.studies.motion.watched import Watched
-from wucht.studies.release_events import release_events
-from wucht.studies.run_up.prepare import placed_at_start
 
 _PERIODS = 200  # of a run, if nothing says how long
 _TIMES = 25.0  # decay times of the slowest disturbance

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.parameters import parameter_of
 from wucht.errors import InputError
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.tree import RotatingBody
-from wucht.studies.parameters import parameter_of
 
 DETUNING = "detuning"
 AMPLITUDE = "carrier.motion.amplitude"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.sampling.search_variables import Variable, values_at
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
@@ -14,7 +15,6 @@ from wucht.fatigue.load_classes import distance
 from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.studies.exciter_design.slow_beats import MOTIONS, Beat, Rig
-from wucht.studies.searching.search_variables import Variable, values_at
 
 METRICS = ("amplitude", "cumulative", "damage")
 _NO_DISTANCE = (np.nan,) * len(METRICS)

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.rainflow_counting import rainflow
-from wucht.results.outcomes import Outcome
 from wucht.studies.exciter_design.design_trials import Trials, distances
 from wucht.studies.exciter_design.slow_beats import Beat
 from wucht.studies.load_spectrum.prepare import prepare as prepare_load
 from wucht.studies.load_spectrum.run import run as run_load
 from wucht.studies.load_spectrum.spec import LoadSpectrum
-from wucht.studies.work import Work
 
 BEATING = (Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED)
 

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.run_up_models import slow_model
+from wucht.dynamics.sampling.pareto_search import needed
+from wucht.dynamics.sampling.search_variables import balancing, variables_of
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.machines.machine import Machine
@@ -16,10 +20,6 @@ from wucht.studies.exciter_design.slow_beats import Rig
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.exciter_design.wanted_spectrum import wanted
 from wucht.studies.load_spectrum.load_signals import machine_signal
-from wucht.studies.run_up.model import slow_model
-from wucht.studies.run_up.prepare import placed_at_start
-from wucht.studies.searching.pareto_search import needed
-from wucht.studies.searching.search_variables import balancing, variables_of
 
 
 @dataclass(frozen=True)

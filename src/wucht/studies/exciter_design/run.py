@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.sampling.pareto_search import generations
+from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import shifted
 from wucht.studies.exciter_design.design_trials import Polished, Tried
 from wucht.studies.exciter_design.full_check import Checked, checked
 from wucht.studies.exciter_design.prepare import Plan
-from wucht.studies.searching.pareto_search import generations
-from wucht.studies.work import Work
 
 _REACH, _SEARCH, _POLISH, _FULL, _CORRECTED = 0.2, 0.55, 0.7, 0.75, 0.9  # shares of the work after each
 _APART = 0.1  # of the ranges: candidates that are nearer to each other are one

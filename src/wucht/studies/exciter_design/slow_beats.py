@@ -9,6 +9,7 @@ import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.full_motion import FullMotion
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
@@ -17,7 +18,6 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.recurrence import Recurrence, recurrence, rests
-from wucht.studies.initial_state import angles_in, initial_state, speeds_in
 from wucht.studies.load_spectrum.load_signals import machine_signal
 from wucht.studies.spec import Start
 

@@ -11,8 +11,8 @@ from wucht.checking import checked, is_pairs
 from wucht.errors import InputError
 from wucht.fields import Described, si
 from wucht.studies import spec as common
-from wucht.studies.searching.vary_keys import Vary
 from wucht.studies.spec import Quantity
+from wucht.studies.vary_keys import Vary
 
 Shape = Literal["constant", "normal", "straight-line"]
 _FORMS = ("shape", "exponent", "table", "file")

@@ -11,13 +11,13 @@ from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.steady_machine import driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.observers.turn_record import smooth_weights
-from wucht.studies.run_up.model import slow_model
 
 STEADY, UNSTABLE, BEATING = "steady state", "unstable steady state", "beating motion"
 _SAMPLES = 2000

@@ -12,6 +12,11 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from wucht.dynamics.run_ups.horizon import SPEED_LIMIT
+from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.verdicts.observation import motion_of
+from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.work import Work
 from wucht.fatigue.accumulated_damage import AccumulatedDamage
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.operation import free_speed
@@ -20,11 +25,6 @@ from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.studies.load_spectrum.load_signals import Seen
-from wucht.studies.motion.observation import motion_of
-from wucht.studies.motion.verdict import Verdict, judge
-from wucht.studies.motion.watched import Leg, Watched
-from wucht.studies.run_up.horizon import SPEED_LIMIT
-from wucht.studies.work import Work
 
 _LOOKS_A_UNIT = 50
 

@@ -7,6 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.observed_integration import Watched
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.fatigue.accumulated_damage import AccumulatedDamage
 from wucht.fatigue.woehler_line import WoehlerLine
@@ -19,10 +23,6 @@ from wucht.studies.failure_detection.seen_speeds import FEWEST
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.load_spectrum.load_signals import MachineSignal, SignalWatch, machine_signal
 from wucht.studies.load_spectrum.prepare import woehler_line
-from wucht.studies.motion.watched import Watched
-from wucht.studies.parameters import ends_of, parameter_of, values_of
-from wucht.studies.run_up.prepare import Case, prepare_case
-from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import Pair
 
 _FINE = 8  # samples in a reading, and between two looks at the damage, at least
@@ -60,7 +60,7 @@ class Plan:
 
     spec: FailureDetection
     machine: Machine
-    case: Case
+    case: RunUpCase
     signal: MachineSignal
     line: WoehlerLine | None
     scheduled: ScheduledFall | None
@@ -75,7 +75,7 @@ class Plan:
         """Whether the stiffness falls with the damage from the begin on."""
         return self.spec.failure is not None and self.spec.failure.law == "linear"
 
-    def failing(self, case: Case) -> FailingMachine:
+    def failing(self, case: RunUpCase) -> FailingMachine:
         """The machine of a case, ready to run."""
         spec, machine, [model] = self.spec, case.machine, case.models
         compiled = compile_system(model.system, spec.tolerance, model.events(case.horizon.events), spec.engine)
@@ -95,7 +95,7 @@ class Plan:
             None if scheduled is None else scheduled.share, begin,
         )  # fmt: skip
 
-    def case_at(self, values: dict[str, float]) -> Case:
+    def case_at(self, values: dict[str, float]) -> RunUpCase:
         """The run with other values. Raises ``InputError`` for some that are not allowed."""
         return case_of(self.spec, self.machine.with_values(values))
 
@@ -127,9 +127,9 @@ def prepare(spec: FailureDetection, machine: Machine) -> Plan:
     return Plan(spec, machine, case, signal, line, scheduled, step, count, round(looks / step), along, second)
 
 
-def case_of(spec: FailureDetection, machine: Machine) -> Case:
+def case_of(spec: FailureDetection, machine: Machine) -> RunUpCase:
     """One run of a machine. Raises ``InputError``."""
-    return prepare_case(RunUp(until=spec.until, tolerance=spec.tolerance, engine=spec.engine), machine, spec.start)
+    return RunUpCase.of(machine, spec.start, RunSettings(spec.until, tolerance=spec.tolerance, engine=spec.engine))
 
 
 def _scheduled(spec: FailureDetection, machine: Machine) -> ScheduledFall | None:

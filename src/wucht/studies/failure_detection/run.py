@@ -9,14 +9,13 @@ from itertools import product
 
 import numpy as np
 
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.results.outcomes import Outcome
 from wucht.studies.failure_detection.averaged_speeds import AveragedSpeed, averaged_speed
 from wucht.studies.failure_detection.failing_machine import FailingRun
 from wucht.studies.failure_detection.prepare import Plan
 from wucht.studies.failure_detection.seen_speeds import Detection, Readings, Windows, detection_of, readings_of
-from wucht.studies.memory import Memory
-from wucht.studies.work import Work
 
 _OWN, _CHECKED = 0.3, 0.35  # shares of the work where other values are looked at
 _ROUNDS = 4  # of halving the steps to the values beside the best one
@@ -144,7 +143,7 @@ def _places(plan: Plan, work: Work) -> Iterator[tuple[Place, ...]]:
     for _ in range(1 + (_ROUNDS if plan.second is None else 0)):
         for values in wanted:
             part = work.part("", len(found) / total, (len(found) + 1) / total)
-            found[values] = part.unit(f"at {values}", partial(_place, plan, values, replace(part, memory=Memory())))
+            found[values] = part.unit(f"at {values}", partial(_place, plan, values, part.unkept))
             part.report(1.0, f"{len(found)} of {total} other values")
             yield tuple(found[v] for v in sorted(found))
         wanted = _between(sorted(found), found)

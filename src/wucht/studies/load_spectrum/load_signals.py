@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from wucht.dynamics.verdicts.observation import Observation, Watch
 from wucht.errors import InputError
 from wucht.fatigue.turning_points import TurningPoints
 from wucht.machines.machine import Machine
@@ -18,7 +19,6 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.load_spectrum.spec import Record
-from wucht.studies.motion.observation import Observation, Watch
 
 # Of loads, in this order: loggers state accelerations in g, which elsewhere is a gram.
 _SI = ("m/s^2", "N", "N m", "Pa", "m", "m/s", "rad", "rad/s", "V", "A", "W", "kg", "")

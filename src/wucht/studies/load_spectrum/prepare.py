@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.checking import read_quantity
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.fatigue.woehler_line import WoehlerLine, slope_below
 from wucht.machines.machine import Machine
@@ -14,7 +15,6 @@ from wucht.quantities import Unit
 from wucht.studies.load_spectrum.load_signals import MachineSignal, RecordSignal, machine_signal, record_signal
 from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.load_spectrum.spec import LoadSpectrum, Woehler
-from wucht.studies.run_up.prepare import Case, prepare_case
 from wucht.studies.spec import Quantity
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
@@ -28,7 +28,7 @@ class Plan:
 
     spec: LoadSpectrum
     signal: MachineSignal | RecordSignal
-    case: Case | None
+    case: RunUpCase | None
     reference: float | None
     class_width: float | None
     line: WoehlerLine | None
@@ -42,7 +42,7 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
     if isinstance(subject, Machine):
         if spec.record is not None:
             raise InputError("study.signal", spec.record.file, "give either a table [machine] or a record")
-        case = prepare_case(spec.run_up(), subject, spec.start)
+        case = RunUpCase.of(subject, spec.start, spec.settings)
         signal = machine_signal(case.machine, str(spec.signal), spec.direction)
     else:
         if spec.record is None:

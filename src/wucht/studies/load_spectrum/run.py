@@ -8,16 +8,16 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.run_ups.horizon import SPEED_LIMIT
+from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.work import Work
 from wucht.fatigue.turning_points import TurningPoints
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled import compile_system
 from wucht.studies.load_spectrum.load_signals import MachineSignal, RecordSignal, Seen, SignalWatch
 from wucht.studies.load_spectrum.prepare import Plan
-from wucht.studies.motion.verdict import Verdict, judge
-from wucht.studies.motion.watched import Leg, Watched
-from wucht.studies.run_up.horizon import SPEED_LIMIT
-from wucht.studies.run_up.prepare import Case
-from wucht.studies.work import Work
 
 # The parabola through an extreme's neighbours is right to h^4/32 with the step h of a vibration's angle: 1e-5.
 _PER_TURN = 48
@@ -45,7 +45,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield from _of_run_up(plan, plan.case, plan.signal, work)
 
 
-def _of_run_up(plan: Plan, case: Case, signal: MachineSignal, work: Work) -> Iterator[Findings]:
+def _of_run_up(plan: Plan, case: RunUpCase, signal: MachineSignal, work: Work) -> Iterator[Findings]:
     """The machine is run as the study run-up does, but of its motion only the turning points of the signal are kept."""
     [model], spec = case.models, plan.spec
     compiled = compile_system(model.system, spec.tolerance, model.events(case.horizon.events), spec.engine)
@@ -71,7 +71,7 @@ def _report(work: Work, end: float, time: float) -> None:
     work.report(time / end)
 
 
-def _findings(watched: Watched[Seen], found: list[tuple[np.ndarray, np.ndarray]], last: Leg[Seen], case: Case) -> Findings:
+def _findings(watched: Watched[Seen], found: list[tuple[np.ndarray, np.ndarray]], last: Leg[Seen], case: RunUpCase) -> Findings:
     """What has been found, with the part of the motion that has not been looked at yet."""
     seen = watched.observation(last)
     earlier = found[:-1] if found else []

@@ -11,7 +11,7 @@ from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.fatigue.rainflow_counting import Residue
 from wucht.fields import Described, si
-from wucht.studies.run_up.spec import RunUp, SingleRun
+from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Quantity
 
 COMPUTED = ("displacement", "spring-force", "bearing-force", "acceleration")
@@ -126,10 +126,6 @@ class LoadSpectrum(SingleRun):
         if self.woehler is not None:
             self.woehler.check("study.woehler")
         super().check()
-
-    def run_up(self) -> RunUp:
-        """The run-up whose signal is counted."""
-        return RunUp(**{key: getattr(self, key) for key in SingleRun.model_fields if key in self.model_fields_set})
 
     def asked_of(self, subject: Any) -> dict[str, Any]:
         """See ``Spec``: a changed record is another question."""

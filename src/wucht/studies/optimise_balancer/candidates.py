@@ -10,17 +10,17 @@ from typing import Literal
 import numpy as np
 
 from wucht.analysis.vibration import unbalances
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion, Report
+from wucht.dynamics.sampling.ensemble_run import outcomes_of
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.sampling.search_variables import Variable, balancing, values_at
+from wucht.dynamics.verdicts.outcomes import OPEN, THROUGH, Outcome
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.tracks import angular_width
-from wucht.results.outcomes import OPEN, THROUGH, Outcome
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report
-from wucht.studies.ensembles.ensemble_run import outcomes_of
-from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
-from wucht.studies.initial_state import initial_state
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
-from wucht.studies.searching.search_variables import Variable, balancing, values_at
-from wucht.studies.work import Work
 
 SETTLING, RESIDUAL, PEAK, CAPTURE = range(len(OBJECTIVES))
 _THROUGH, _OPEN = ([OUTCOMES.index(o) for o in of] for of in (THROUGH, OPEN))

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES
+from wucht.dynamics.sampling.pareto_search import not_dominated
 from wucht.results.conventions import Variable, answered, variable
 from wucht.results.formatting import percent
-from wucht.studies.ensembles.member_outcomes import OUTCOMES
 from wucht.studies.optimise_balancer.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, Evaluated
 from wucht.studies.optimise_balancer.damping_optimum import DampingCurve
 from wucht.studies.optimise_balancer.prepare import Plan
 from wucht.studies.optimise_balancer.run import Checked, Findings
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
-from wucht.studies.searching.pareto_search import not_dominated
 
 if TYPE_CHECKING:
     import xarray as xr

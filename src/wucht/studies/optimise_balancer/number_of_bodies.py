@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from wucht.dynamics.sampling.search_variables import balancing
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
-from wucht.studies.searching.search_variables import balancing
 
 _SAME = 1e-9
 

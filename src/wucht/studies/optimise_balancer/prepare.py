@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.analysis.averaged import keeps_inertia
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
+from wucht.dynamics.sampling.ensemble_run import way_of
+from wucht.dynamics.sampling.pareto_search import needed
+from wucht.dynamics.sampling.placed_members import left_out
+from wucht.dynamics.sampling.search_variables import Variable, balancing, variables_of
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
-from wucht.studies.ensembles.ensemble_equations import why_one_by_one
-from wucht.studies.ensembles.ensemble_run import way_of
-from wucht.studies.ensembles.placed_members import left_out
-from wucht.studies.initial_state import initial_state
 from wucht.studies.optimise_balancer.candidates import Trials
 from wucht.studies.optimise_balancer.number_of_bodies import with_bodies
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, Objective, OptimiseBalancer
-from wucht.studies.searching.pareto_search import needed
-from wucht.studies.searching.search_variables import Variable, balancing, variables_of
 from wucht.system import TIME
 
 _CURVE = 25  # dampings

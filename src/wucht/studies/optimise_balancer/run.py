@@ -8,16 +8,16 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.sampling.ensemble_question import Report, part_of
+from wucht.dynamics.sampling.pareto_search import generations, not_dominated, spread_out
+from wucht.dynamics.sampling.search_variables import balancing
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.results.formatting import bodies_in_words
-from wucht.studies.ensembles.ensemble_question import Report, part_of
 from wucht.studies.optimise_balancer.candidates import CAPTURE, Evaluated, Trials, evaluated, power_of_two, tried
 from wucht.studies.optimise_balancer.damping_optimum import DampingCurve, damping_curve, rates_of
 from wucht.studies.optimise_balancer.prepare import Plan
 from wucht.studies.optimise_balancer.standing_states import standing
-from wucht.studies.searching.pareto_search import generations, not_dominated, spread_out
-from wucht.studies.searching.search_variables import balancing
-from wucht.studies.work import Work
 
 _RUNS = 0.8  # of the progress; the rest are steady states
 _OWN, _CURVE, _SEARCH = 0.05, 0.15, 0.7  # shares of the work after each

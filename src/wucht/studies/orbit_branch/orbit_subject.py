@@ -10,11 +10,11 @@ import numpy as np
 from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.steady_machine import turning as steady_machine
 from wucht.analysis.sections import Section, section_of
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.errors import InputError, nearest
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.initial_state import angles_in, initial_state, speeds_in
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.system import TIME, System
 

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import CLOSED
 from wucht.numerics.periodic.cycle import Hidden
@@ -17,7 +18,6 @@ from wucht.studies.orbit_branch.prepare import Plan
 from wucht.studies.orbit_branch.single_orbits import ReportedOrbit, near, reported
 from wucht.studies.speed_curve.following import FollowedBranch
 from wucht.studies.speed_curve.run import run as run_curve
-from wucht.studies.work import Work
 
 MOST_BRANCHES = 20
 _REPORTED = 10  # along each branch, by default

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.numerics.angles import within_half_a_turn
 from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, FixedPoint
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED, FAILED, FIXED_POINT, KINKS, LENGTH, PhaseCurve
-from wucht.results.conventions import Variable, answered, assuming, variable, within_half_a_turn
+from wucht.results.conventions import Variable, answered, assuming, variable
 from wucht.studies.phase_portrait.prepare import Case, Plan
 from wucht.studies.phase_portrait.run import Findings, Found
 

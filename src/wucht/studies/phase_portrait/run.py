@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from wucht.analysis.sections import Section
+from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
@@ -18,7 +19,6 @@ from wucht.numerics.phase_plane.manifolds import Manifold, manifold
 from wucht.numerics.phase_plane.phase_curves import PhaseCurve, Portrait
 from wucht.numerics.phase_plane.plane import Plane
 from wucht.studies.phase_portrait.prepare import Case, Plan
-from wucht.studies.work import Work
 from wucht.system import Output
 
 _KEPT = 3  # every so manyth sample of a curve: a figure shows no more

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.forced import Forced
+from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.conventions import Variable, answered, assuming, variable
 from wucht.studies.response.maxima import Curve, Maximum, found_maxima
 from wucht.studies.response.prepare import Plan
 from wucht.studies.response.run import Findings, centre_distance, eccentricity_of, lag_of, losses_of, self_centring_speed
-from wucht.studies.steady_phases import Piece
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.studies.response.spec import Response
-from wucht.studies.steady_phases import SteadyPhases
 
 
 @dataclass(frozen=True)

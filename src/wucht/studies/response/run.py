@@ -11,12 +11,12 @@ import numpy as np
 from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import curves
 from wucht.analysis.vibration import WithSlope
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
+from wucht.dynamics.work import Work
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of, shaft_torques
 from wucht.numerics.zeros import crossings
 from wucht.studies.response.prepare import Plan
-from wucht.studies.steady_phases import SteadyPhases
-from wucht.studies.work import Work
 
 _NO_MOTION = 1e-9  # of the largest displacement: what moves less has no phase
 

@@ -6,13 +6,10 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from wucht.dynamics.run_ups.deviations import at_equal_angle, at_equal_phase, course_of
+from wucht.dynamics.run_ups.run_up import Motion
 from wucht.results.conventions import summary_of, variable
 from wucht.results.store import to_json
-from wucht.studies.deviations import Course, at_equal_angle, at_equal_phase, watched
-from wucht.studies.observables import Orbit
-from wucht.studies.run_up.run import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,15 +44,3 @@ def joined(motions: Sequence[Motion], runs: Sequence[xr.Dataset]) -> xr.Dataset:
     radius = variable("compared", by_angle.radius, "distance of the axis, full less slow", full.radius.units)
     at = variable("compared", by_angle.at, "angle of the rotor at which the models are compared", "rad")
     return full.assign_coords(compared=at).assign(speed_deviation=speed, radius_deviation=radius)
-
-
-def course_of(motion: Motion) -> Course:
-    """What is compared of a motion."""
-    machine, rows = motion.case.machine, motion.rows
-    about = [b for b in machine.bodies if b.about == machine.rotor.name]
-    angle = rows[machine.rotor.coordinate.position.name]
-    speed = np.array([rows[b.coordinate.velocity.name] for b in watched(machine)])
-    sense = float(np.sign(angle[-1] - angle[0])) or 1.0
-    mean = np.mean([rows[b.coordinate.position.name] for b in about], axis=0) if about else None
-    radius = Orbit.of(machine, motion.seen.time, rows).distance
-    return Course(sense * angle, sense * speed, radius, None if mean is None else sense * (mean - angle))

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.dimensionless import numbers
+from wucht.dynamics.run_ups.run_up import Motion
+from wucht.dynamics.verdicts.observation import motion_of
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.turn_record import smooth_weights
 from wucht.numerics.peaks import extremes
 from wucht.results.conventions import answered
-from wucht.results.outcomes import Outcome
-from wucht.studies.motion.observation import motion_of
-from wucht.studies.motion.verdict import Verdict
 from wucht.studies.run_up.both_models import joined
 from wucht.studies.run_up.felt import felt
 from wucht.studies.run_up.many_runs import gathered
 from wucht.studies.run_up.prepare import Plan
-from wucht.studies.run_up.run import Findings, Motion
+from wucht.studies.run_up.run import Findings
 from wucht.studies.run_up.variables import envelopes, variables
 
 if TYPE_CHECKING:
@@ -37,11 +38,11 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     Its variables are those of ``run_up.variables``; with both models also those of ``run_up.both_models``; many runs are those
     of ``run_up.many_runs``, with the dimension ``case``.
     """
-    runs = [joined(motions, [_of_motion(m) for m in motions]) for motions in findings.motions]
+    runs = [joined(motions, [_of_motion(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
     return gathered(plan, runs, findings.finished) if plan.several else runs[0]
 
 
-def _of_motion(motion: Motion) -> xr.Dataset:
+def _of_motion(motion: Motion, deck: float | None) -> xr.Dataset:
     """The motion of one model: the variables of ``run_up.variables``, and the summary of the contract."""
     import xarray as xr_
 
@@ -50,7 +51,7 @@ def _of_motion(motion: Motion) -> xr.Dataset:
     observed = _observed(motion) if _coarse(motion) else None
     data |= {} if observed is None else envelopes(machine, motion.observation.main.last(1.0))
     result = xr_.Dataset(dict(data.items()), coords=coordinates)
-    summary = _summary(machine, result, verdict, motion.model.name == "full", motion.case.deck, observed)
+    summary = _summary(machine, result, verdict, motion.model.name == "full", deck, observed)
     flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
     warnings = _warnings(motion, summary["energy_residual"])

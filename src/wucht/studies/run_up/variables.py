@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
+from wucht.dynamics.verdicts.locking import is_locking, rotor_phases
+from wucht.dynamics.verdicts.observables import Orbit, Rows, balanced
 from wucht.fields import in_words
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
@@ -17,8 +19,6 @@ from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.span_record import Spans
 from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
-from wucht.studies.motion.locking import is_locking, rotor_phases
-from wucht.studies.observables import Orbit, Rows, balanced
 
 Variables = dict[str, Variable]
 _TORQUES = {

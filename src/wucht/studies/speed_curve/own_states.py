@@ -11,11 +11,11 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.files.own_equations import OwnEquations
+from wucht.numerics.angles import wrapped
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import deflated, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
-from wucht.results.conventions import wrapped
 from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words
 
 _STEPS = Steps(first=0.01, most=0.05, turn=0.06, points=4000)

@@ -8,11 +8,11 @@ import numpy as np
 
 from wucht.analysis.averaged import keeps_inertia
 from wucht.analysis.configurations.steady_machine import MOST_BODIES, turning
+from wucht.dynamics.parameters import ends_of, parameter_of, values_of, with_parameters
 from wucht.errors import InputError, nearest
 from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
-from wucht.studies.parameters import ends_of, parameter_of, values_of, with_parameters
 from wucht.studies.speed_curve.family_curve import FamilyCurve
 from wucht.studies.speed_curve.own_states import OwnStates
 from wucht.studies.speed_curve.second_parameter import SecondParameter

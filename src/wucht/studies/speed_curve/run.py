@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 
 from wucht.analysis.configurations.closed_form import State
+from wucht.dynamics.work import Work
 from wucht.errors import RunError, WuchtError
 from wucht.studies.speed_curve.family_curve import FamilyCurve
 from wucht.studies.speed_curve.following import FollowedBranch, Stability, exact, followed, known, of_share, repeats, stability
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.second_parameter import FollowedCurve, SecondParameter, curve_through, passes, starts
 from wucht.studies.speed_curve.steady_states import Found, SteadyStates
-from wucht.studies.work import Work
 
 MOST_BRANCHES = 100  # of one value of the second parameter
 _SEARCHING = 0.9  # share of the work

@@ -19,11 +19,11 @@ from wucht.analysis.configurations.steady_machine import driven_speeds
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
+from wucht.numerics.angles import within_half_a_turn, wrapped
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.flow.program import Evaluator
-from wucht.results.conventions import within_half_a_turn, wrapped
 from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words, in_words
 from wucht.system import System
 

@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.stability_map.ending_curves import RETURNS, EndingCurve, EndingPoint, curves_between
 from wucht.studies.stability_map.orbit_endings import OrbitEnding, ending_at
 from wucht.studies.stability_map.plane_regions import regions
 from wucht.studies.stability_map.prepare import Plan
-from wucht.studies.work import Work
 
 _PLACES, _CURVES = 0.7, 0.9  # shares of the work, by which these are done
 _ATTEMPTS = 3  # curves that are begun between places

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.parameters import ends_of, parameter_of, with_parameters
 from wucht.errors import InputError
 from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.studies.orbit_branch.orbit_subject import OrbitSubject, orbit_subject
 from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.parameters import ends_of, parameter_of, with_parameters
 from wucht.studies.speed_curve.own_states import OwnStates
 from wucht.studies.speed_curve.prepare import Plan as CurvePlan
 from wucht.studies.speed_curve.prepare import prepare as prepare_curve

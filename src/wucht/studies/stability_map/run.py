@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from wucht.dynamics.work import Work
 from wucht.studies.stability_map.ending_map import EndingFindings, run_endings
 from wucht.studies.stability_map.prepare import Plan
 from wucht.studies.stability_map.state_map import StateFindings, run_states
-from wucht.studies.work import Work
 
 Findings = StateFindings | EndingFindings
 

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.work import Work
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
 from wucht.studies.orbit_branch.first_orbits import SeedOrbit
@@ -20,7 +21,6 @@ from wucht.studies.stability_map.plane_regions import regions
 from wucht.studies.stability_map.prepare import Plan
 from wucht.studies.stability_map.reached_motions import ReachedMotions, reached_motions
 from wucht.studies.stability_map.state_rows import NoOrbit, OrbitRow, SteadyRow, further_row, orbit_row, steady_row
-from wucht.studies.work import Work
 
 _ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work, by which these are done
 _MOST_FAMILIES = 4  # of modulated motions that runs have reached

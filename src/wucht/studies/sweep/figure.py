@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.outcomes import MODULATION_THRESHOLD
 from wucht.results.sheet import legend_beside, new_figure, rpm_axis
 from wucht.results.style import COLOURS, FREE, label, line_style, named, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
@@ -27,8 +26,7 @@ def figure(result: xr.Dataset) -> Figure:
         style = line_style(i) | {"linewidth": 1.4, "label": SENSE[way], "zorder": 3 - 0.1 * i}
         speed.plot(ramp.value, ramp.speed, **style)
         amplitude.plot(ramp.value, scale * ramp.amplitude, **style)
-        if float(((ramp.max_speed - ramp.min_speed) / np.abs(ramp.speed)).max()) > MODULATION_THRESHOLD:
-            speed.fill_between(ramp.value, ramp.min_speed, ramp.max_speed, color=style["color"], alpha=0.25, linewidth=0)
+        speed.fill_between(ramp.value, ramp.min_speed, ramp.max_speed, color=style["color"], alpha=0.25, linewidth=0)
     _jumps(speed, result, result.jump_from.values, result.jump_to.values)
     _jumps(amplitude, result, scale * result.jump_from_amplitude.values, scale * result.jump_to_amplitude.values)
     low, high = speed.get_ylim()

@@ -16,6 +16,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.static import axis_at_rest
+from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
+from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.errors import WuchtError
 from wucht.fields import Parameter
 from wucht.machines.machine import Machine
@@ -26,8 +28,6 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
-from wucht.results.outcomes import MODULATION_THRESHOLD
-from wucht.studies.observables import Orbit, balanced, rows_of
 from wucht.studies.sweep.prepare import Plan
 from wucht.system import TIME, Output, System
 

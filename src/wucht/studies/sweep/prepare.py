@@ -11,6 +11,8 @@ import sympy as sp
 from wucht.analysis.shaft import energy_scale
 from wucht.analysis.vibration import Vibration
 from wucht.checking import read_quantity
+from wucht.dynamics.parameters import parameter_of, range_of
+from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.errors import InputError
 from wucht.fields import Parameter
 from wucht.machines.limits import check_values
@@ -18,8 +20,6 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.machines.tree import RotatingBody
 from wucht.quantities import Unit
-from wucht.studies.initial_state import initial_state, placed
-from wucht.studies.parameters import parameter_of, range_of
 from wucht.studies.sweep.spec import Sweep
 
 ANSWERS = 1000  # the default rate: the range takes a thousand times as long as the machine takes to answer

@@ -9,13 +9,13 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.work import Work
+from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
-from wucht.studies.release_events import release_events
 from wucht.studies.sweep.jumps import Jump, candidates, find_jump
 from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.studies.sweep.prepare import Plan
 from wucht.studies.sweep.report import SENSE
-from wucht.studies.work import Work
 
 _TOO_FAST = 0.01  # by how much the speed may change after a ramp, relative to the largest of the sweep
 _TURNS_A_UNIT, _MOST_LEGS_A_UNIT = 500, 20

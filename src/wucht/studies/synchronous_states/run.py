@@ -15,8 +15,8 @@ from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import Search, all_states
 from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.dynamics.work import Work
 from wucht.studies.synchronous_states.prepare import Plan
-from wucht.studies.work import Work
 
 MOST_FULL = 64  # states whose multipliers are computed
 _SAMPLES = 7  # members of a family, besides the one that stands for it

@@ -10,9 +10,9 @@ import numpy as np
 
 from wucht.analysis.configurations.configuration import Configuration
 from wucht.analysis.configurations.steady_branches import labels_of
+from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies, sense_of
 from wucht.results.conventions import Variable, answered, assuming, variable
-from wucht.studies.steady_phases import Piece
 from wucht.studies.torque_balance.prepare import Plan
 from wucht.studies.torque_balance.run import Findings
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from wucht.analysis.configurations.steady_machine import LOWEST
 from wucht.analysis.time_constants import highest_speed
 from wucht.analysis.working_points import TorqueCurves
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
 from wucht.machines.tree import RotatingBody
-from wucht.studies.steady_phases import SteadyPhases
 from wucht.studies.torque_balance.spec import TorqueBalance
 
 _FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds at which working points are looked for

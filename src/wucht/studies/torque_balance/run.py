@@ -11,8 +11,8 @@ from wucht.analysis.configurations.averaged_stability import AveragedStability, 
 from wucht.analysis.configurations.configuration import Configuration, Describer
 from wucht.analysis.configurations.search import Search, all_states
 from wucht.analysis.working_points import WorkingPoint
+from wucht.dynamics.work import Work
 from wucht.studies.torque_balance.prepare import Plan
-from wucht.studies.work import Work
 
 _NOT_ASKED = Stability.undecided("the full equations are not asked")
 

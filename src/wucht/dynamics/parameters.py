@@ -1,0 +1,63 @@
+"""The parameters that studies vary, of a machine or of one's own equations: found by path, read in their unit, allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from wucht.checking import read_quantity
+from wucht.errors import InputError, nearest
+from wucht.fields import Parameter
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.limits import check_values
+from wucht.machines.machine import Machine
+from wucht.quantities import Unit
+
+Quantity = float | str  # in the unit of a parameter of the subject
+
+
+def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along") -> Parameter:
+    """The parameter of a path. Raises ``InputError`` at ``study.<key>``: no such parameter, or one that follows a schedule."""
+    if path not in subject.parameters:
+        raise InputError(f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}")
+    if isinstance(subject, Machine) and any(s.parameter == path for s in subject.schedules):
+        raise InputError(f"study.{key}", path, "not allowed: this parameter follows a schedule")
+    return subject.parameters[path]
+
+
+def with_parameters(subject: Machine | OwnEquations, values: Mapping[str, float]) -> Machine | OwnEquations:
+    """The subject with other values of some parameters. Raises ``InputError`` for one that a machine's part does not allow."""
+    return subject.with_values(values) if isinstance(subject, Machine) else subject.changed(values)
+
+
+def values_of(
+    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Quantity], key: str = "values"
+) -> tuple[float, ...]:
+    """Values of a parameter as SI floats. Raises ``InputError`` at ``study.<key>[i]`` for one that its part does not allow."""
+    unit, values = Unit(along.unit, along.what), []
+    for i, value in enumerate(given):
+        values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
+        _refuse_if_not_allowed(subject, along, values[-1], f"study.{key}[{i}]")
+    return tuple(values)
+
+
+def ends_of(
+    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Quantity], key: str = "range"
+) -> tuple[float, float]:
+    """``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that its part does not allow."""
+    ends = range_of(Unit(along.unit, along.what), given, key)
+    for i, value in enumerate(ends):
+        _refuse_if_not_allowed(subject, along, value, f"study.{key}[{i}]")
+    return ends
+
+
+def _refuse_if_not_allowed(subject: Machine | OwnEquations, along: Parameter, value: float, where: str) -> None:
+    if isinstance(subject, Machine):
+        check_values(subject.parts, {along.path: value}, where, subject.values)
+
+
+def range_of(unit: Unit, given: Sequence[Quantity], key: str = "range") -> tuple[float, float]:
+    """A pair [low, high] as SI floats. Raises ``InputError`` where low is not below high."""
+    low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(given))
+    if not low < high:
+        raise InputError(f"study.{key}", list(given), "must be a pair [low, high] with low below high")
+    return low, high

@@ -1,0 +1,1 @@
+"""A machine integrated from an initial state, and observed."""

@@ -1,0 +1,197 @@
+"""How far a run-up goes, in which legs, how densely it is sampled, and what may end it early."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from wucht.analysis.shaft import energy_scale, swing_frequency
+from wucht.analysis.time_constants import highest_speed, runaway_limit
+from wucht.dynamics.run_ups.initial_state import speeds_in
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.machines.release_events import release_events
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
+from wucht.numerics.flow.events import Event
+
+SAMPLES_PER_TURN = 24
+MOST_SAMPLES = 1_000_000  # that are stored of all runs together, of those without a given end five times as many
+_MOST_NUMBERS = 30_000_000  # likewise: a quarter of a gigabyte, and several times that while it is put together
+_FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
+_MOST_TURNS = 25_000
+_FEWEST_SAMPLES = 2000
+_FIRST_LEG, _LONG_LEG = 64, 2048  # samples
+_SHARE_OF_ALL = 16  # a longer leg is at most this part of the run so far: legs are few, and each keeps all that was seen
+_MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples are stored
+_SETTLED_TOLERANCE = 1e-5
+_FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
+TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How a machine is run up: how far, with which equations, and how accurately.
+
+    until: a time; turns: of the main rotor; without either it runs until it has settled. model: the ``"full"`` equations, the
+    averaged ones (``"slow"``), or ``"both"``; inertia, order: of the averaged ones. speed_limit: beyond it the run ends.
+    engine: None for the best that is installed. stored_samples: at most, of all ``runs`` together; None: as many as fit into
+    memory.
+    """
+
+    until: float | None = None
+    turns: float | None = None
+    model: Literal["full", "slow", "both"] = "full"
+    inertia: bool | None = None
+    order: Literal[1, 2] = 1
+    tolerance: float = DEFAULT_TOLERANCE
+    speed_limit: float | None = None
+    engine: str | None = None
+    stored_samples: int | None = None
+    runs: int = 1
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A leg. samples: evenly, from the last of the leg before on. closest: samples that may be stored, as time. end: for the
+    progress. judged: whether the motion is judged then."""
+
+    samples: np.ndarray
+    closest: float
+    end: float
+    judged: bool
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """step: between samples at the highest speed expected. span: the time of a turn, or of a vibration, as it is expected.
+    vibration: the highest frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the
+    highest speed expected. most: samples that are stored. until_settled: the verdict ends the run. energy: the size of the
+    works. tolerance: of the integration. events: that end it. warnings: what is doubtful about the question."""
+
+    step: float
+    span: float
+    vibration: float
+    first: float
+    expected_end: float
+    samples_per_turn: float
+    most: int
+    until_settled: bool
+    energy: float
+    tolerance: float
+    events: tuple[Event, ...]
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, settings: RunSettings, initial: np.ndarray) -> Horizon:
+        """The horizon of a run from an initial state."""
+        at = {t: machine.at(t) for t in machine.breakpoints}
+        natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
+        highest = {t: highest_speed(m) for t, m in at.items()}  # losses alone may hold a speed that is never seen
+        reached = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
+        prescribed = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
+        expected = [*speeds_in(machine, initial).values(), *reached, machine.shaking_frequency or 0.0, *natural]
+        expected += [w for c in prescribed for w in machine.prescribed_speed(c, np.array(machine.breakpoints))]
+        fastest = float(max(map(abs, expected))) or 1.0
+        free = free_speed(at[machine.breakpoints[-1]], machine.rotor, machine.breakpoints[-1])
+        slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
+        turn = 2 * math.pi / fastest
+        if settings.until is not None:
+            first = end = settings.until
+        else:
+            end, half_turns = (_FIRST_TURNS * turn, 40) if settings.turns is None else (settings.turns * turn, 8)
+            first = max(end, half_turns * math.pi / slowest)
+        most = _most_samples(machine, settings)
+        step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / most))
+        settled, events = settings.until is None and settings.turns is None, _events(machine, settings, initial)
+        warnings = tuple(_warnings(machine, settings, free))
+        vibration = max([*natural, machine.shaking_frequency or 0.0])
+        span = 2 * math.pi / min(fastest, _FASTEST * max(natural)) if natural else turn
+        energy = energy_scale(machine)
+        return cls(step, span, vibration, first, end, turn / step, most, settled, energy, settings.tolerance, events, warnings)
+
+    def legs(self, rate: Callable[[], float] | None = None) -> Iterator[Grid]:
+        """The legs of a run. rate: the highest frequency of the motion where the leg before has ended; None: as is expected.
+
+        Samples are even as long as the motion is not much slower than expected, else a power of two further apart. Without a
+        given time the motion is judged at twice the time of the last look. Legs are short at first, and later a share of the
+        run, so that a run that is cut off loses little.
+        """
+        share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
+        open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
+        doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) if open_ended else 0
+        begin, size, long = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONG_LEG * share))
+        for goal in (self.first * 2**k for k in range(doublings + 1)):
+            left, last = 0, max(1, round((goal - begin) / self.step))
+            step, closest = (goal - begin) / last, goal / self.most
+            while left < last:
+                slower = 1.0 if rate is None else 2 * math.pi / (SAMPLES_PER_TURN * rate() * step)
+                every = max(_power_of_two(slower) if slower >= _MUCH_SLOWER else 1, _power_of_two(closest / step))
+                right = min(left + size * every, last)
+                samples = begin + step * np.append(np.arange(left, right, every), right)
+                samples[-1] = goal if right == last else samples[-1]
+                yield Grid(samples, closest, max(self.expected_end, goal), open_ended and right == last)
+                left, size = right, min(2 * size, max(long, (round(begin / step) + right) // _SHARE_OF_ALL))
+            begin = goal
+
+    @property
+    def samples(self) -> float:
+        """About how many are stored at most."""
+        doublings = math.log2(_MOST_TURNS / _FIRST_TURNS) if self.until_settled else 0
+        return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
+
+    def decided(self, verdict: Verdict) -> bool:
+        """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
+        if self.until_settled:
+            return verdict.settled_within(_SETTLED_TOLERANCE)
+        return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
+
+
+def _power_of_two(ratio: float) -> int:
+    """The largest that is not greater, at least 1."""
+    return int(2 ** max(0, math.floor(math.log2(ratio))))
+
+
+def numbers_a_sample(machine: Machine) -> int:
+    """How many numbers are stored of a sample: states, works, outputs and what the Dataset makes of them."""
+    system = machine.system
+    return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
+
+
+def _most_samples(machine: Machine, settings: RunSettings) -> int:
+    """How many samples of a run are stored, so that all runs of a question fit into memory."""
+    if settings.stored_samples is not None:
+        return max(2, settings.stored_samples // settings.runs)
+    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_a_sample(machine)) // settings.runs)
+
+
+def _events(machine: Machine, settings: RunSettings, initial: np.ndarray) -> tuple[Event, ...]:
+    rotor, ends = machine.rotor.coordinate, {}
+    if settings.turns is not None:
+        turned = rotor.position - initial[machine.row(rotor.position)]
+        ends[TURNS_DONE] = turned / (2 * math.pi * settings.turns)
+    limit = settings.speed_limit or runaway_limit(machine)
+    if limit is not None and rotor.prescribed is None:
+        ends[SPEED_LIMIT] = rotor.velocity / limit
+    return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *release_events(machine))
+
+
+def _warnings(machine: Machine, settings: RunSettings, free: float | None) -> list[str]:
+    warnings, limit = [], runaway_limit(machine)
+    if limit is not None and settings.speed_limit is None:
+        warnings.append(
+            "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series "
+            f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
+        )
+    unit = f" {machine.units.time}" if machine.units.time else ""
+    if settings.until is not None and free and settings.until < 20 * math.pi / abs(free):
+        warnings.append(
+            f"the run of {settings.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
+            f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
+        )
+    return warnings

@@ -1,0 +1,177 @@
+"""A machine run up from an initial state: integrated leg by leg, observed, and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, Grid, Horizon, RunSettings
+from wucht.dynamics.run_ups.initial_state import initial_state, placed
+from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observables import Rows
+from wucht.dynamics.verdicts.observation import Observation, Watch
+from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, net_torque
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+
+_SAMPLES_A_LEG = 2048
+_FULL_SHARE = 0.9  # of the time that a run of both models takes
+_NO_ACCELERATION = 1e-12
+
+
+@dataclass(frozen=True)
+class RunUpCase:
+    """One run of a machine. models: the equations to integrate, the full ones first, each with its initial state."""
+
+    machine: Machine
+    horizon: Horizon
+    models: tuple[FullModel, ...]
+    settings: RunSettings
+
+    @classmethod
+    def of(cls, machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
+        """The run of a machine from a start, as a study file states it. Raises ``InputError`` where they do not fit."""
+        machine, initial = placed_at_start(machine, start, settings.until or 0.0, settings.speed_limit)
+        models = () if settings.model == "slow" else (FullModel(machine, initial),)
+        if settings.model != "full":
+            models = (*models, slow_model(machine, initial, settings.inertia, settings.order))
+        return cls(machine, Horizon.of(machine, settings, initial), models, settings)
+
+    @property
+    def watch(self) -> Watch:
+        """The observer of the motion."""
+        return Watch(self.machine, self.horizon.span, Noise.of(self.horizon.tolerance))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of one model.
+
+    trajectory: what is stored, of the model's own System; ``seen`` is the machine's. last: the last leg.
+    """
+
+    case: RunUpCase
+    model: FullModel
+    watched: Watched[Observation]
+    trajectory: Trajectory
+    last: Leg[Observation]
+
+    @cached_property
+    def seen(self) -> Trajectory:
+        """The machine's motion."""
+        return self.model.seen(self.trajectory)
+
+    @property
+    def rows(self) -> Rows:
+        """The states and outputs (N,) of the machine's motion, by name: not kept, as they are more than what is stored."""
+        return self.model.rows(self.trajectory, self.seen)
+
+    @property
+    def compiled(self) -> CompiledSystem:
+        """The equations that are integrated."""
+        return self.watched.compiled
+
+    @cached_property
+    def observation(self) -> Observation:
+        """The record of the motion until its end."""
+        return self.watched.observation(self.last)
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """The outcome, and the numbers behind it."""
+        machine, last = self.case.machine, self.trajectory
+        free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
+        return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
+
+
+def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
+    """The motions of one run, after each leg; a second model goes as far as the first did."""
+    first, *others = case.models
+    share = _FULL_SHARE if others else 1.0
+    for motion in _motions(case, first, case.horizon.events, None, work.part(first.name, 0.0, share)):
+        yield (motion,)
+    time = motion.trajectory.time
+    if motion.trajectory.failure or len(time) < 2:
+        return
+    for other in others:
+        for second in _motions(case, other, (), time, work.part(other.name, share, 1.0)):
+            yield motion, second
+
+
+def _motions(
+    case: RunUpCase, model: FullModel, events: tuple[Event, ...], at: np.ndarray | None, work: Work
+) -> Iterator[Motion]:
+    """A model's motion after each leg, as far as the legs, an event, or the verdict let it go. at: samples (N,) to store; None:
+    as the motion asks."""
+    compiled = compile_system(model.system, case.settings.tolerance, model.events(events), case.settings.engine)
+
+    watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
+    last = watched.begin(model.initial, model.values)
+    motion = Motion(case, model, watched, last.stored, last)
+    yield motion
+    if last.stored.ended:
+        return
+
+    def rate() -> float:
+        return watched.rate(last)
+
+    for count, grid in enumerate(case.horizon.legs(rate) if at is None else _given(at), 1):
+        report, closest = partial(_report, work, grid.end), grid.closest if at is None else None
+        last = work.unit(f"leg {count}", partial(watched.leg, last, grid.samples, report, closest))
+        motion = Motion(case, model, watched, motion.trajectory.joined(last.stored), last)
+        yield motion
+        if last.stored.ended or (grid.judged and case.horizon.decided(motion.verdict)):
+            return
+
+
+def _given(time: np.ndarray) -> Iterator[Grid]:
+    """Legs over given samples (N,)."""
+    for i in range(0, len(time) - 1, _SAMPLES_A_LEG):
+        yield Grid(time[i : i + _SAMPLES_A_LEG + 1], 0.0, time[-1], False)
+
+
+def _report(work: Work, end: float, time: float) -> None:
+    work.report(time / end)
+
+
+def placed_at_start(
+    machine: Machine, start: Mapping[str, Any], end: float = 0.0, speed_limit: float | None = None
+) -> tuple[Machine, np.ndarray]:
+    """The machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
+
+    end: of the run. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
+    """
+    initial = initial_state(machine, start)
+    machine = placed(machine, initial)
+    given, at = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None], np.linspace(0.0, end, 100)
+    fastest = max((float(np.abs(machine.prescribed_speed(c, at)).max()) for c in given), default=0.0)
+    if speed_limit is not None and fastest > speed_limit:
+        raise InputError("study.speed_limit", speed_limit, "must be more than the speed that the drive prescribes")
+    if not fastest and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
+        why = "the machine has neither a drive nor an initial speed: nothing would turn"
+        raise InputError("machine.drive", None, f"{why}; needed is [machine.drive] or a speed in study.start")
+    return machine, initial
+
+
+def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
+    """Whether no body turns, and none begins to."""
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    if initial[free].any() or any(net_torque(machine, r)(0.0) for r in machine.rotors if r.coordinate.prescribed is None):
+        return False
+    system, names = machine.system, machine.state_names
+    accelerations = Evaluator.of(system, [system.derivatives[i] for i in free], [names[i] for i in free])
+    with np.errstate(all="ignore"):
+        rates = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
+    return all(abs(float(a[0])) < _NO_ACCELERATION for a in rates.values())

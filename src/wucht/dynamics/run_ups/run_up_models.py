@@ -1,0 +1,157 @@
+"""What a run-up integrates: the full equations, or the averaged ones with the full motion rebuilt from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.full_motion import FullMotion
+from wucht.analysis.static import static_position
+from wucht.dynamics.run_ups.initial_state import angles_in, speeds_in
+from wucht.errors import InputError
+from wucht.machines.machine import LOST, Machine
+from wucht.machines.operation import damped, free_speed
+from wucht.mechanics.averaged.outputs import ROTOR_ANGLE, SHAKEN
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.system import System
+
+_AT_REST = 1e-12
+_ANGLE = sp.Symbol(ROTOR_ANGLE, real=True)
+
+
+@dataclass(frozen=True)
+class FullModel:
+    """The full equations, and how their trajectory is seen as one of the machine.
+
+    initial: the state (k,) of their System to start from. warnings: what of the start they leave out. remedies: what to try
+    where the run failed.
+    """
+
+    machine: Machine
+    initial: np.ndarray
+    warnings: tuple[str, ...] = ()
+    remedies: tuple[str, ...] = ()
+    name: ClassVar[str] = "full"
+
+    @property
+    def system(self) -> System:
+        """What is integrated."""
+        return self.machine.system
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Parameter values in order."""
+        return self.system.values(self.machine.values)
+
+    def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
+        """Events of the machine in these equations."""
+        return events
+
+    def seen(self, trajectory: Trajectory) -> Trajectory:
+        """The motion of the machine."""
+        return trajectory
+
+    def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
+        """The states and outputs (N,) of the machine's System, by name."""
+        states = dict(zip(self.machine.state_names, seen.states, strict=True))
+        return states | Evaluator.of_outputs(self.machine.system)(seen.time, seen.states, seen.parameters)
+
+
+@dataclass(frozen=True)
+class SlowModel(FullModel):
+    """The averaged equations."""
+
+    slow: AveragedMachine = field(kw_only=True)
+    name: ClassVar[str] = "slow"
+
+    @cached_property
+    def system(self) -> System:
+        """The averaged System with the main rotor's angle as a state."""
+        s = self.slow.system
+        turning = s.output(ROTOR_ANGLE).expression
+        works = tuple(q for q in s.quadratures if q.name != ROTOR_ANGLE)
+        return replace(
+            s, states=(*s.states, _ANGLE), derivatives=(*s.derivatives, turning), quadratures=works, angles=s.angles | {_ANGLE}
+        )
+
+    def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
+        """Those of the main rotor's angle and speed, in its own sense."""
+        return tuple(replace(e, expression=e.expression.xreplace(self._rotor_in_its_sense)) for e in events)
+
+    def seen(self, trajectory: Trajectory) -> Trajectory:
+        """The motion of the machine with its fast parts; works are those of the averaged motion.
+
+        It does not know what dampers that are not reciprocal create: that work is not a number.
+        """
+        time, works, machine = trajectory.time, dict(trajectory.quadratures), self.machine
+        works[LOST] = works[LOST] + works.pop(SHAKEN)
+        unknown = {q.name: np.full(len(time), np.nan) for q in machine.system.quadratures if q.name not in works}
+        return replace(
+            trajectory,
+            states=FullMotion(self.slow)(time, trajectory.states[:-1], trajectory.states[-1]),
+            quadratures=works | unknown,
+            parameters=np.array(machine.system.values(machine.values)),
+        )
+
+    def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
+        """The states and outputs (N,) of the machine's System; motor and energy are those of the averaged motion."""
+        s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, seen)
+        expressions = [*(s.output(n).expression for n in ("motor_torque", "stored_energy")), self._transmission_loss]
+        own = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
+            trajectory.time, trajectory.states, trajectory.parameters
+        )
+        rows["stored_energy"] = own["stored"]
+        if len(self.machine.rotors) == 1:
+            rows["motor_torque"] = self.slow.senses[rotor.name] * own["motor"]
+            rows["drive_torque"] = rows["motor_torque"] - own["loss"]
+            rows["motor_power"] = rows["motor_torque"] * rows[rotor.coordinate.velocity.name]
+        return rows
+
+    @property
+    def _transmission_loss(self) -> sp.Expr:
+        """The torque that transmissions take at the averaged speed, the carrier at rest."""
+        still = {s: sp.S.Zero for c in self.machine.carrier for s in (c.position, c.velocity)}
+        return self.machine.structure.transmission_loss.xreplace(still | self._rotor_in_its_sense)
+
+    @property
+    def _rotor_in_its_sense(self) -> dict[sp.Symbol, sp.Expr]:
+        """Angle and speed of the main rotor by the states of the averaged equations, which count in its own sense."""
+        main, c = self.slow.senses[self.machine.rotor.name], self.machine.rotor.coordinate
+        return {c.position: main * _ANGLE, c.velocity: main * c.velocity}
+
+
+def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order: int) -> SlowModel:
+    """The averaged model; inertia None: without that of the balancing bodies where all of them are damped.
+
+    Rotors without a drive of their own turn as they do at the start. Raises ``InputError`` for a machine that has no such
+    equations.
+    """
+    locked = next((b.name for b in machine.bodies if b.release is not None), None)
+    if locked is not None:
+        why = f"the averaged equations have no locks, and {locked!r} is locked until it is released"
+        allowed = "must be bodies that are free from the start, or model = 'full'"
+        raise InputError("machine.bodies", None, f"{why}; {allowed}")
+    with_inertia = not damped(machine) if inertia is None else inertia
+    if not with_inertia and not damped(machine):
+        raise InputError("study.inertia", inertia, "must be true: a balancing body is not damped against its rotor")
+    angles, speeds, main = angles_in(machine, start), speeds_in(machine, start), machine.rotor.name
+    undriven = [r.name for r in machine.rotors if r.coordinate.prescribed is None and not free_speed(machine, r)]
+    senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}
+    slow = averaged_machine(machine, with_inertia, order, turning=senses)
+    initial = np.append(slow.state(angles, speeds), slow.senses[main] * angles[main])
+    if order > 1 and not speeds[main] and not slow.defined_at(initial[:-1]):
+        needed = f"needed is a speed of {main!r} in study.start, however small, or order = 1"
+        raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {needed}")
+    positions = zip(machine.carrier, static_position(machine), strict=True)
+    at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
+    moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
+    left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if moved else ()
+    advice = "the terms of the next order may have become as large as those of the first: try order = 1"
+    return SlowModel(machine, initial, (*left_out, *slow.warnings), (advice,) if order > 1 else (), slow=slow)

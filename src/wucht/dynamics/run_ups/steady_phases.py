@@ -1,0 +1,119 @@
+"""A machine at a steady speed: its schedules done, its bodies in steady phases or held, its carrier in forced vibration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.forced import Forced
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, listed
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
+from wucht.machines.tracks import arranged
+
+HELD = "study.bodies = 'held' holds them at the phases of study.start"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a branch in which the configuration has one name: where it is (N,), and where it is stable (N,).
+
+    overlapping: bodies of a track would be in each other's place.
+    """
+
+    branch: int
+    label: str
+    inside: np.ndarray
+    stable: np.ndarray
+    overlapping: bool
+
+
+@dataclass(frozen=True)
+class SteadyPhases:
+    """Where bodies are while all turn at one speed.
+
+    machine: with its schedules done. angles: absolute, of its bodies (n,), in rad; forced: the vibration with the bodies there.
+    torques, branches: of balancing bodies in the steady phases that belong to each speed; None and empty where they are held,
+    or there are none. why_held: why they are, where nobody asked for it.
+    """
+
+    machine: Machine
+    angles: np.ndarray
+    forced: Forced
+    torques: SteadyTorques | None = None
+    branches: tuple[SteadyBranch, ...] = ()
+    why_held: str = ""
+
+    @classmethod
+    def of(cls, machine: Machine, start: Mapping[str, Any], bodies: Literal["steady", "held"] | None) -> SteadyPhases:
+        """The bodies as they are asked for, by default in steady phases where these are known; without any at the start.
+
+        start: as in ``initial_state``; speeds and the carrier's start do not matter. Raises ``InputError`` where it does not
+        fit the machine, where bodies of a track overlap, where steady phases are not known, and where the carrier is not
+        linear.
+        """
+        steady = machine.at(machine.breakpoints[-1])
+        by_name, why = angles_in(steady, initial_state(steady, start)), ""
+        if bodies != "held" and any(b.about is not None for b in machine.bodies):
+            try:
+                torques, branches = steady_branches(machine)
+            except InputError as error:
+                if bodies == "steady":
+                    raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {HELD}") from None
+                why = error.allowed
+            else:
+                angles = np.zeros(len(by_name))
+                return cls(steady, angles, Forced.of(steady, angles), torques, branches)
+        arranged(steady, by_name)
+        angles = np.array(list(by_name.values()))
+        return cls(steady, angles, Forced.of(steady, angles), why_held=why)
+
+    @property
+    def curves(self) -> list[Forced]:
+        """The vibration of each branch; of bodies that are held the only one."""
+        return [replace(self.forced, placed=branch.placed) for branch in self.branches] or [self.forced]
+
+    def grid(self, speeds: np.ndarray) -> np.ndarray:
+        """A grid of speeds (N,), signed, with those at which branches end."""
+        ends = [sense_of(self.machine, self.machine.rotor) * b.ends(np.unique(np.abs(speeds))) for b in self.branches]
+        inside = np.concatenate([speeds, *ends])
+        return np.unique(inside[(inside >= speeds.min()) & (inside <= speeds.max())])
+
+    def pieces(self, speeds: np.ndarray) -> list[Piece]:
+        """The configurations over speeds (N,), which are positive in the main rotor's own sense; none of held bodies."""
+        pieces: list[Piece] = []
+        for k, branch in enumerate(self.branches):
+            labels, stable = branch.labels(speeds), branch.stable(speeds)
+            for label in dict.fromkeys(labels[labels != ""].tolist()):
+                inside = labels == label
+                pieces.append(Piece(k, label, inside, stable & inside, branch.overlapping))
+        return pieces
+
+    @property
+    def assumed(self) -> list[str]:
+        """Where the balancing bodies are, as a statement; none where there are none."""
+        if self.branches:
+            return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
+        angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
+        phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
+        return [f"balancing bodies held at {listed(phases)} to their rotor"] if phases else []
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the steady vibration of a linear carrier leaves out, in sentences."""
+        prescribed = "the prescribed motion of the carrier is left out: only what the unbalance causes is computed"
+        sliders = "sliders are taken where their springs are free of force: their unbalance does not grow with the speed"
+        switchable = "switchable pendulums are taken closed, at any speed: study.kind = 'activation' shows them open"
+        held = f"balancing bodies are held, as their steady phases are not computed: {self.why_held}"
+        inside = [x.name == x.about for x in self.machine.sliders]
+        left_out = {prescribed: self.machine.shaken is not None, sliders: not all(inside), switchable: any(inside)}
+        left_out[held] = bool(self.why_held)
+        of_steady = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks]
+        of_steady += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
+        return [*(sentence for sentence, applies in left_out.items() if applies), *(of_steady if self.branches else [])]

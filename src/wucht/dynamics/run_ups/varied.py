@@ -1,0 +1,138 @@
+"""What differs from run to run: start states and parameters, told by their names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from wucht.dynamics.parameters import parameter_of
+from wucht.errors import InputError, nearest
+from wucht.fields import in_words
+from wucht.machines.machine import Machine
+from wucht.quantities import Unit
+
+_BARE = {"speed": "angle", "velocity": "displacement"}  # what a bare value in a start is, by the other key of its table
+
+
+@dataclass(frozen=True)
+class StartState:
+    """keys: where it stands in a start, each in the table of that before. period: of an angle, after which all is as before.
+
+    limited: whether a machine does not allow all values of it.
+    """
+
+    keys: tuple[str, ...]
+    unit: Unit
+    what: str
+    period: float | None = None
+    limited: bool = False
+
+
+@dataclass(frozen=True)
+class Varied:
+    """What differs from run to run. state: the start state it is, None for a parameter. what: in words. unit: SI."""
+
+    name: str
+    state: StartState | None
+    what: str
+    unit: str
+
+    @property
+    def quantity(self) -> Unit:
+        """How its values are read."""
+        return Unit(self.unit, self.what) if self.state is None else self.state.unit
+
+
+def start_states(machine: Machine) -> dict[str, StartState]:
+    """The start states of a machine by name, as ``studies.initial_state`` has them, but for those that a drive prescribes.
+
+    An angle has the period of a turn. psi and delta set two angles psi +- delta/2: these are as before after a turn of psi, but
+    only after two of delta, as after one each body has gone half a turn.
+    """
+    units, turn = machine.units, 2 * math.pi
+    angle, speed = Unit("rad" if units.time else "", "angle"), Unit(units.speed, "speed")
+    states: dict[str, StartState] = {}
+    for body in machine.bodies:
+        if body.coordinate.prescribed is None:
+            to = f" to {body.about}" if body.about else ""
+            at = StartState((body.name, "angle"), angle, f"angle of {body.name}{to} at the start", turn)
+            states |= {body.name: at, f"{body.name}.angle": at}
+            states[f"{body.name}.speed"] = StartState((body.name, "speed"), speed, f"speed of {body.name} at the start")
+    for slider in machine.sliders:
+        out = StartState(
+            (slider.name, "displacement"), Unit("m", "displacement"), f"displacement of {slider.name} at the start"
+        )
+        states.setdefault(slider.name, out)  # the bare name of a body that turns as well is its angle
+        states[f"{slider.name}.displacement"] = out
+        moving = StartState((slider.name, "velocity"), Unit("m/s", "velocity"), f"velocity of {slider.name} at the start")
+        states[f"{slider.name}.velocity"] = moving
+    for d in machine.free_labels:
+        turning, length = d == "r", units.length
+        where = Unit("rad" if turning else length, "displacement")
+        rate = Unit(("rad/s" if turning else "m/s") if length else "", "velocity")
+        states[f"carrier.{d}"] = StartState(("carrier", d), where, f"displacement {d} of the carrier at the start")
+        states[f"carrier.v{d}"] = StartState(("carrier", f"v{d}"), rate, f"velocity {d} of the carrier at the start")
+    for x in machine.internal:
+        name, own = x.state.name, x.own
+        quantity, words = Unit(own.unit, own.what), f"{in_words(name, own.what)} at the start"
+        states[name] = StartState(tuple(name.split(".")), quantity, words, limited=True)
+    pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
+    if len(pair) == 2:
+        both = " and ".join(pair)
+        states["psi"] = StartState(("psi",), angle, f"mean phase of {both} at the start", turn)
+        states["delta"] = StartState(("delta",), angle, f"phase difference of {both} at the start", 2 * turn)
+    return states
+
+
+def varied_of(machine: Machine, name: str, key: str) -> Varied:
+    """What a name means on a machine. Raises ``InputError`` at ``study.<key>``."""
+    states, where = start_states(machine), f"study.{key}"
+    if name in states and name in machine.parameters:
+        raise InputError(where, name, "not clear: this is the name of a start state and of a parameter")
+    prescribed = [b.name for b in machine.bodies if b.coordinate.prescribed is not None]
+    if name.removesuffix(".angle").removesuffix(".speed") in prescribed and name not in machine.parameters:
+        raise InputError(where, name, "not allowed: the drive prescribes this body's motion")
+    if name not in states and name not in machine.parameters:
+        raise InputError(where, name, f"neither a start state nor a parameter; {nearest(name, [*states, *machine.parameters])}")
+    if name in states:
+        state = states[name]
+        return Varied(name, state, state.what, state.unit.si)
+    parameter = parameter_of(machine, name, key)
+    return Varied(name, None, parameter.words, parameter.unit)
+
+
+def check_together(varied: Sequence[Varied], start: Mapping[str, Any], key: str, other: str) -> None:
+    """Raises ``InputError`` at ``study.<key>.<name>`` where a start state is given twice: by two of them, or by one and by the
+    start (which fits alone). other: what the two are called in the sentence."""
+    seen = dict.fromkeys(_stated(start), "study.start")
+    for name, state in ((v.name, v.state) for v in varied if v.state is not None):
+        if state.keys in seen:
+            raise InputError(f"study.{key}.{name}", name, f"this state is given by {seen[state.keys]} too; give it once")
+        seen[state.keys] = other
+
+
+def _stated(start: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """The keys of all that is given in a start; a bare value is the angle of a body or the displacement of a slider."""
+    stated: list[tuple[str, ...]] = []
+    for name, given in start.items():
+        inner = [*_stated(given)] if isinstance(given, Mapping) else [(key,) for key in _BARE.values()]
+        stated += [(name,), *((name, *keys) for keys in inner)]
+    return stated
+
+
+def with_states(start: Mapping[str, Any], states: Sequence[tuple[StartState, float]]) -> dict[str, Any]:
+    """The start with the values of some states besides."""
+    made = dict(start)
+    for state, value in states:
+        made = _with(made, state.keys, value)
+    return made
+
+
+def _with(table: Mapping[str, Any], keys: Sequence[str], value: float) -> dict[str, Any]:
+    first, *rest = keys
+    if not rest:
+        return {**table, first: value}
+    own = table.get(first, {})
+    return {**table, first: _with(own if isinstance(own, Mapping) else {_BARE[rest[0]]: own}, rest, value)}

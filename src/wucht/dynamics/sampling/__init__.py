@@ -1,0 +1,1 @@
+"""Many starts, variants and candidates of a machine: ensembles and searches."""

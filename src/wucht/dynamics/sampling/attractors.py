@@ -1,0 +1,175 @@
+"""Motions on which members of an ensemble end without coming to rest: each is judged once, then known again by where it runs.
+
+A member whose motion comes to stay near one of them has its outcome. G. Datseris, A. Wagemakers, "Effortless estimation of
+basins of attraction", Chaos 32 (2022) 023104.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.dynamics.run_ups.horizon import Horizon
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.closer_look import watched
+from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, parameters_of, places
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES
+from wucht.dynamics.verdicts.observation import Observation
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import judge
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed
+from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble
+from wucht.numerics.ensembles.members import Status
+from wucht.numerics.peaks import extremes
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+_POINTS = 16_384  # on a motion
+_CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
+_REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
+_LEAST = 1e-3  # reach
+_PLACES, _FIRST_PLACES = 20, 4  # of a member, at which it must be near; those that are looked at first
+_HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
+_OUTSIDE = 0.1  # of that range: by so much its speed may leave it
+_SURVEYED = 16  # starts
+_MOST_KNOWN = 64  # questions
+_KNOWN: dict[Any, tuple[Attractor, ...]] = {}  # by what of a question they follow from: machines are not hashable
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """A motion that goes on.
+
+    outcome: its place in ``OUTCOMES``. points: on it (P, d), in shares of sizes (d,). reach: how near to them others must stay.
+    sense: +1 or -1, in which the main rotor turns. low, high: of its speed in that sense. period: of its modulation, 0 without
+    one. square: of the largest distance of the rotor's axis.
+    """
+
+    outcome: int
+    points: np.ndarray
+    sizes: np.ndarray
+    reach: float
+    sense: int
+    low: float
+    high: float
+    period: float
+    square: float
+
+    def held(
+        self, equations: Equations, samples: np.ndarray, speeds: np.ndarray, duration: float, among: np.ndarray
+    ) -> np.ndarray:
+        """Which of some members (m,), by their numbers, stay near it and move along it: by samples (K, k, M) over a duration,
+        and the least and the largest speed (2, M) in it. What merely rests near one of its points does not.
+        """
+        low, high = np.sort(self.sense * speeds[:, among], axis=0)
+        full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
+        within = (low >= self.low - _OUTSIDE * full) & (high <= self.high + _OUTSIDE * full) & (high - low >= share * full)
+        held: np.ndarray = among[within]
+        at = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
+        few = at[:: _PLACES // _FIRST_PLACES]
+        for rows in (few, np.setdiff1d(at, few)):
+            if len(held):
+                held = held[self.near(places(equations.system, samples[rows][:, :, held]))]
+        return held
+
+    @property
+    def places(self) -> np.ndarray:
+        """Its points, as places (P, 1, d) of one member."""
+        return np.asarray((self.points * self.sizes)[:, None])
+
+    def near(self, at: np.ndarray) -> np.ndarray:
+        """Which members (M,) are near it at all of their places (K, M, d)."""
+        away, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
+        return np.asarray(np.isfinite(away).all(axis=0))
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        from scipy.spatial import KDTree
+
+        return KDTree(self.points)
+
+
+def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
+    """Those on which run-ups from a few phases of the bodies end, found once for a question; none where parameters vary."""
+    if question.varied:
+        return ()
+    machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)
+    key = machine.structure, tuple(sorted(machine.values.items())), model
+    if key not in _KNOWN:
+        while len(_KNOWN) >= _MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)))
+        _KNOWN[key] = _found(replace(question, until=None), equations, horizon)
+    return _KNOWN[key]
+
+
+def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
+    kept, starts = list[Attractor](), _starts(question.machine)
+    variants = Variants.among(question.machine, {}, starts.shape[1])
+    for ends in watched(question, starts, variants, horizon, lambda _share: None):
+        for state, status, seen in zip(ends.states, ends.status, ends.record.seen, strict=True):
+            one = None if status == Status.FAILED else _reached(question, equations, state, seen)
+            if one is not None and not any(k.outcome == one.outcome and k.near(one.places).all() for k in kept):
+                kept.append(one)
+    return tuple(kept)
+
+
+def _reached(question: EnsembleQuestion, equations: Equations, state: np.ndarray, seen: Observation) -> Attractor | None:
+    """The attractor on which a member is that ended in a state and was seen so; None where it is at rest, or on none."""
+    machine = question.machine
+    verdict = judge(machine, seen, free_speed(machine, machine.rotor))
+    goes_on = verdict.evidence.modulated or verdict.evidence.asynchronous
+    if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.standing is None:
+        return None
+    cycle, sense, alone = verdict.modulation, verdict.standing.sense, Variants.among(machine, {}, 1)
+    period = 0.0 if cycle is None else cycle.period
+    duration = _CYCLES * period or _TURNS * 2 * math.pi / verdict.speed
+    begun = equations.starts(state[: len(machine.state_names), None], alone)[:, 0] if question.model == "full" else state[:-1]
+    compiled = compile_ensemble(equations.system, question.tolerance)
+    motion = _motion(compiled, begun, parameters_of(equations.system, alone)[0], duration)
+    if motion is None:
+        return None
+    sight = equations.view(alone).seen(motion, np.zeros(1, int))
+    numbers = sense, *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
+    return _attractor(OUTCOMES.index(verdict.outcome), places(equations.system, motion)[:, 0], numbers)
+
+
+def _starts(machine: Machine) -> np.ndarray:
+    """States (n, M) with the bodies about the main rotor at phases spread evenly: L. Kronecker's sequence with the powers of
+    the largest root of x^(b+1) = x + 1, b being how many they are."""
+    state, about = initial_state(machine, {}), [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
+    if not about:
+        return state[:, None]
+    b = len(about)
+    root = float(np.roots([1.0, *(0.0,) * (b - 1), -1.0, -1.0]).real.max())
+    shares = np.outer(np.arange(_SURVEYED) + 0.5, root ** -np.arange(1.0, b + 1)) % 1
+    starts = np.repeat(state[:, None], _SURVEYED, axis=1)
+    starts[about] = state[machine.row(machine.rotor.coordinate.position)] + 2 * math.pi * shares.T
+    return starts
+
+
+def _motion(compiled: CompiledEnsemble, state: np.ndarray, parameters: np.ndarray, duration: float) -> np.ndarray | None:
+    """Samples (K, k, 1) from a state (k,) on; None where it cannot be continued."""
+    with compiled.lanes() as lanes:
+        numbers, _ = lanes.numbers(parameters[None])
+        advanced = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
+    return None if advanced.stops else advanced.samples
+
+
+def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, float, float, float]) -> Attractor | None:
+    """Of points (P, d) and numbers as in ``Attractor``; None where its halves do not come near each other: where it has not got
+    onto a motion that repeats, or has left it again."""
+    from scipy.spatial import KDTree
+
+    sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)
+    first, second = np.array_split(points / sizes, 2)
+    away = max(float(KDTree(one).query(other)[0].max()) for one, other in ((first, second), (second, first)))
+    if away > _REACH:
+        return None
+    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * away, _LEAST), *numbers)

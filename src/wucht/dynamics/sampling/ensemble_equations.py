@@ -1,0 +1,222 @@
+"""What is integrated for the members of an ensemble, and how their states are seen: in the frame that turns with the main rotor
+where the machine allows it, else in the fixed one; or the averaged equations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from wucht.analysis.averaged import AveragedMachine
+from wucht.analysis.relative_equilibria import RelativeEquilibria
+from wucht.analysis.static import axis_at_rest
+from wucht.analysis.time_constants import runaway_limit
+from wucht.dynamics.run_ups.run_up_models import slow_model
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.member_views import Bound, FullView, SlowView
+from wucht.dynamics.verdicts.locking import is_locking
+from wucht.errors import InputError
+from wucht.machines.laws_in_pieces import laws_in_pieces
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, sense_of
+from wucht.machines.release_events import release_events
+from wucht.machines.tree import RotatingBody
+from wucht.numerics.ensembles.members import Members
+from wucht.system import System
+
+
+def why_one_by_one(question: EnsembleQuestion) -> str | None:
+    """Why the members cannot be integrated in batches, and are run up one by one; None where they can."""
+    machine, slow = question.machine, question.model == "slow"
+    free = [r for r in machine.rotors if r.coordinate.prescribed is None]
+    pieces = "; ".join(laws_in_pieces(machine))
+    reasons = {
+        "several of its rotors are free to turn, and may synchronise": len(free) > 1,
+        "its rotors may be entrained by the vibration of the carrier": is_locking(machine),
+        "its carrier is shaken": machine.shaken is not None,
+        "a rotor without a drive turns as it does at the start": slow and not all(free_speed(machine, r) for r in free),
+        "nothing but a limit ends its run-up": runaway_limit(machine) is not None,
+        "bodies are released on the way": bool(release_events(machine)),
+        f"each must stop where a law changes ({pieces})": bool(pieces),
+    }
+    return next((why for why, holds in reasons.items() if holds), None)
+
+
+def turns_otherwise(question: EnsembleQuestion, variants: Variants) -> np.ndarray:
+    """Which members (M,) turn, or are driven, in another way than the machine asked about: what is integrated for that is not
+    theirs, and they are run up one by one."""
+    asked = _way(question, question.machine)
+    return np.asarray(np.array([_way(question, m) != asked for m in variants.machines])[variants.of])
+
+
+def _way(question: EnsembleQuestion, machine: Machine) -> tuple[object, ...]:
+    """Whether nothing but a limit ends the run-up; of the averaged equations the sense of each rotor, if it is driven."""
+    slow = question.model == "slow"
+    senses = [(sense_of(machine, r), bool(free_speed(machine, r))) for r in machine.rotors if slow]
+    return runaway_limit(machine) is not None, *senses
+
+
+@dataclass(frozen=True)
+class Variants:
+    """The machines of M members. machines: those that differ; of: which of them each member is (M,)."""
+
+    machines: tuple[Machine, ...]
+    of: np.ndarray
+
+    @classmethod
+    def among(cls, machine: Machine, values: Mapping[str, np.ndarray], count: int) -> Variants:
+        """Of a machine with values (M,) of some parameters. Raises ``InputError`` for one that a part does not allow."""
+        if not values:
+            return cls((machine,), np.zeros(count, int))
+        rows, of = np.unique(np.stack(list(values.values()), axis=1), axis=0, return_inverse=True)
+        return cls(tuple(machine.with_values(dict(zip(values, row.tolist(), strict=True))) for row in rows), of.reshape(-1))
+
+    def taken(self, members: np.ndarray) -> Variants:
+        """Of some of the members, by their numbers."""
+        return Variants(self.machines, self.of[members])
+
+    @property
+    def compact(self) -> Variants:
+        """Without machines that are none of the members'."""
+        used, of = np.unique(self.of, return_inverse=True)
+        return Variants(tuple(self.machines[i] for i in used), of.reshape(-1))
+
+    def groups(self) -> Iterator[tuple[Machine, np.ndarray | slice]]:
+        """Each machine with its members."""
+        if len(self.machines) == 1:
+            yield self.machines[0], slice(None)
+            return
+        order = np.argsort(self.of, kind="stable")
+        for mine in np.split(order, np.flatnonzero(np.diff(self.of[order])) + 1):
+            yield self.machines[self.of[mine[0]]], mine
+
+
+@dataclass(frozen=True)
+class Numbered(Members):
+    """Members that know their numbers (M,)."""
+
+    numbers: np.ndarray
+
+    def part(self, first: int, last: int) -> Numbered:
+        """Those from ``first`` on, before ``last``."""
+        here = slice(first, last)
+        return Numbered(self.starts[here], self.parameters[here], self.numbers[here])
+
+
+@dataclass(frozen=True)
+class FullEquations:
+    """The full equations. turning: in the frame of the main rotor, None in the fixed one."""
+
+    machine: Machine
+    turning: RelativeEquilibria | None
+
+    @classmethod
+    def of(cls, machine: Machine, varied: Iterable[str] = ()) -> FullEquations:
+        """In the frame that the machine allows, whatever values some parameters take."""
+        try:
+            turning = RelativeEquilibria.of(machine)
+        except InputError:
+            return cls(machine, None)
+        left_out = set(machine.system.parameter_names) - set(turning.system.parameter_names)  # gravity that is zero
+        return cls(machine, None if left_out & set(varied) else turning)
+
+    @property
+    def system(self) -> System:
+        """What is integrated."""
+        return self.machine.system if self.turning is None else self.turning.system
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the machine does not feel being turned: its vibration torque then has one shape, whatever the phases."""
+        return self.turning is not None
+
+    def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
+        """From states (n, M) of the machine's System those (k, M) to start from."""
+        return states if self.turning is None else self.turning.turned(states)
+
+    def view(self, variants: Variants) -> FullView:
+        """How their states are seen."""
+        machine, rotor, count = self.machine, self.machine.rotor.coordinate, len(self.machine.state_names)
+        rows: tuple[int | None, ...] = tuple(range(count))
+        if self.turning is not None:
+            main = machine.row(rotor.position)
+            rows = (*range(main), None, *range(main, count - 1))
+        fixed = None
+        if rotor.prescribed is not None:
+            fixed = np.array([m.prescribed_speed(rotor, 0.0)[0] for m in variants.machines])
+        rests = [axis_at_rest(m) for m in variants.machines]
+        at_rest = np.array([[rest[n] for rest in rests] for n in machine.orbit]).reshape(len(machine.orbit), len(rests))
+        names = [f"orbit.{v}{n}" for n in machine.orbit for v in ("", "v")]
+        expressions = [machine.system.output(n).expression for n in names]
+        orbit = Bound.of(machine.system, expressions, (machine.system.values(m.values) for m in variants.machines))
+        return FullView(machine, rows, fixed, at_rest, orbit)
+
+
+@dataclass(frozen=True)
+class SlowEquations:
+    """The averaged equations."""
+
+    slow: AveragedMachine
+
+    @property
+    def system(self) -> System:
+        """What is integrated."""
+        return self.slow.system
+
+    @cached_property
+    def isotropic(self) -> bool:
+        """See ``FullEquations``."""
+        return FullEquations.of(self.slow.machine).isotropic
+
+    def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
+        """From states (n, M) of the machine's System those (k, M) to start from."""
+        begun = np.empty((len(self.system.states), states.shape[1]))
+        for machine, mine in variants.groups():
+            one = replace(self.slow, machine=machine)
+            angles = {b.name: states[machine.row(b.coordinate.position), mine] for b in machine.bodies}
+            begun[:, mine] = one.state(angles, {b.name: _speeds(machine, b, states[:, mine]) for b in machine.bodies})
+        return begun
+
+    def view(self, variants: Variants) -> SlowView:
+        """How their states are seen."""
+        s, machine = self.system, self.slow.machine
+        main = machine.rotor.name
+        about = tuple(s.state_names.index(f"{b.name}.phase") for b in machine.group(machine.rotor)[1:])
+        names = (f"speed[{main}]", "amplitude")
+        values = [replace(self.slow, machine=m).values() for m in variants.machines]
+        rates, outputs = (Bound.of(s, e, values) for e in (s.derivatives, [s.output(n).expression for n in names]))
+        return SlowView(self.slow.senses[main], about, rates, outputs)
+
+
+Equations = FullEquations | SlowEquations
+
+
+def equations_of(question: EnsembleQuestion, state: np.ndarray) -> Equations:
+    """What is integrated for members of which one starts in a state (n,). Raises ``InputError`` for a machine without averaged
+    equations, if these are asked for."""
+    if question.model == "full":
+        return FullEquations.of(question.machine, question.varied)
+    return SlowEquations(slow_model(question.machine, state, question.inertia, question.order).slow)
+
+
+def places(system: System, samples: np.ndarray) -> np.ndarray:
+    """Where samples (K, k, M) are (K, M, d): the states, and cosine and sine in place of each angle."""
+    columns = list[np.ndarray]()
+    for i, state in enumerate(system.states):
+        columns += [np.cos(samples[:, i]), np.sin(samples[:, i])] if state in system.angles else [samples[:, i]]
+    return np.stack(columns, axis=-1)
+
+
+def parameters_of(system: System, variants: Variants) -> np.ndarray:
+    """The parameters (M, p) of members, in a System's order."""
+    rows = [system.values({name: m.values[name] for name in system.parameter_names}) for m in variants.machines]
+    return np.asarray(np.array(rows)[variants.of])
+
+
+def _speeds(machine: Machine, body: RotatingBody, states: np.ndarray) -> np.ndarray:
+    c = body.coordinate
+    if c.prescribed is None:
+        return np.asarray(states[machine.row(c.velocity)])
+    return np.full(states.shape[1], machine.prescribed_speed(c, 0.0)[0])

@@ -1,0 +1,269 @@
+"""A first look at all members at once: those that come to rest are judged, those that need a closer look are found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from wucht.analysis.vibration import Vibration
+from wucht.dynamics.sampling.at_rest import LastHalf, Resting, resting
+from wucht.dynamics.sampling.attractors import Attractor
+from wucht.dynamics.sampling.doubling_pace import FINER, PARTS, SAMPLES, WINDOW, DoublingPace
+from wucht.dynamics.sampling.ensemble_equations import Equations, Numbered, Variants
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES
+from wucht.dynamics.sampling.member_views import Bound, FullView, SlowView, View, unbalance_left
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import weights_of
+from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed
+from wucht.numerics.ensembles.members import Members
+from wucht.numerics.observers.projection import WINDOWS
+from wucht.numerics.peaks import between_samples
+
+SETTLED = 1e-4  # of speed and unbalance: bounds that are as near tell that a member has settled
+_FOLLOWED = 0.5  # of the differences of samples: a cubic that misses more of them has not been sampled densely enough
+UNDECIDED = -1
+_LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest deserve a closer look; to an attractor either
+_ROUND = 1e-3  # rad: resonances are those of phases rounded so
+_ENDS = np.cumsum(FINER) - 1  # samples at the ends of the parts of the first chunk
+_CODE = {outcome: OUTCOMES.index(outcome) for outcome in OUTCOMES}
+
+
+@dataclass(frozen=True)
+class MemberRecord:
+    """Of M members: their number, the outcome (``UNDECIDED``), whether a closer look is needed, the square of the largest
+    distance, the settling time; end: the square of the distance at the last sample, and its derivative (2, M); course: in each
+    of ``PARTS`` of the time the least and the largest speed and share of unbalance that is left (4, K, M), to see when they
+    settled."""
+
+    number: np.ndarray
+    outcome: np.ndarray
+    closer: np.ndarray
+    square: np.ndarray
+    settling: np.ndarray
+    end: np.ndarray
+    course: np.ndarray
+
+
+@dataclass(frozen=True)
+class FirstLook:
+    """The observer. equations, variants: of all members, by their numbers. final: whether the end of the pace is where all are
+    judged, as was asked; else members are followed until they have settled. noise: of the integration. attractors: on which
+    they may end. known: resonances."""
+
+    equations: Equations
+    variants: Variants
+    attractors: tuple[Attractor, ...]
+    pace: DoublingPace
+    final: bool
+    noise: Noise
+    known: dict[tuple[int, int, tuple[float, ...]], float | None] = field(default_factory=dict, compare=False)
+
+    @np.errstate(all="ignore")  # averaged equations of a rotor at rest
+    def begin(self, members: Members) -> MemberRecord:
+        """See ``Observer``."""
+        assert isinstance(members, Numbered)
+        m, numbers = len(members), members.numbers
+        begun = self._view.seen(members.starts.T[None], self.variants.of[numbers])
+        outcome, nothing = np.full(m, UNDECIDED, np.int8), np.full(m, np.nan)
+        end = np.concatenate([begun.square, self._rate(begun, members.starts.T[None], numbers)])
+        return MemberRecord(numbers, outcome, np.zeros(m, bool), begun.square[0], nothing, end, np.empty((4, PARTS, m)))
+
+    @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
+    def after(self, record: MemberRecord, times: np.ndarray, samples: np.ndarray) -> tuple[MemberRecord, np.ndarray]:
+        """See ``Observer``."""
+        index, variants = round(math.log2(times[-1] / self.pace.first)), self.variants.taken(record.number)
+        ends = slice(None) if index else _ENDS
+        sight = self._view.seen(samples, variants.of, ends)
+        whole, signal = np.append(self.pace.times(index)[0], times), np.concatenate([record.end[:1], sight.square])
+        if sight.rate is None:
+            peak, rate = self._peak(whole, signal, record, samples), self._rate(sight, samples[-1:], record.number)
+        else:
+            slope, rate = np.concatenate([record.end[1:], sight.rate]), sight.rate[-1:]
+            peak = _peaks(whole[:, None], signal, slope, WINDOW)
+        square, end = np.maximum(record.square, peak), np.concatenate([signal[-1:], rate])
+        speed, phases = sight.speed, sight.phases
+        left = self._left(phases, variants.of)[0]
+        course = _lengthened(record.course if index else None, speed, left)
+        half = slice(-SAMPLES, None)
+        seen = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half])
+        rest, free = resting(seen, self.noise), self._free[variants.of]
+        last = index == self.pace.chunks - 1
+        at_end = last and self.final
+        outcome = self._outcome(rest, phases[:, -1], variants)
+        outcome = np.where(at_end | rest.still | (rest.width <= SETTLED), outcome, UNDECIDED)
+        settling = np.where(outcome != UNDECIDED, _settling_time(course, times[-1], free), np.nan)
+        if index:
+            self._arrive((outcome, settling, square), samples, course, times[-1], free)
+        if at_end:
+            hopeless = (outcome == UNDECIDED) & self._hopeless(rest, seen, variants)
+            outcome = np.where(hopeless, _CODE[Outcome.UNIDENTIFIED], outcome)
+        closer = (outcome == UNDECIDED) & (last | (not self.final and self._stuck(rest, index)))
+        record = MemberRecord(record.number, outcome.astype(np.int8), closer, square, settling, end, course)
+        return record, (outcome != UNDECIDED) | closer
+
+    def kept(self, record: MemberRecord) -> MemberRecord:
+        """See ``Observer``: all but the course, which is most of it."""
+        return replace(record, course=record.course[:, :0])
+
+    @cached_property
+    def _view(self) -> FullView | SlowView:
+        return self.equations.view(self.variants)
+
+    def _stuck(self, rest: Resting, index: int) -> np.ndarray:
+        """Which members (M,) are not worth waiting for after so many chunks: they neither come to rest nor to an attractor."""
+        if self.attractors:
+            return np.asarray((rest.cycling | ~rest.nearing) & ~rest.known & (index >= _LONGER))
+        return np.asarray(rest.cycling | (~rest.nearing & ~rest.known & (index >= _LONG)))
+
+    def _arrive(
+        self,
+        filled: tuple[np.ndarray, np.ndarray, np.ndarray],
+        samples: np.ndarray,
+        course: np.ndarray,
+        end: float,
+        free: np.ndarray,
+    ) -> None:
+        """Fill in outcome, settling time and square (M,) of those that stay near an attractor, by samples (K, k, M)."""
+        outcome, settling, square = filled
+        left = self.pace.end - end if self.final else math.inf
+        speeds = np.array([course[0, SAMPLES:].min(axis=0), course[1, SAMPLES:].max(axis=0)])
+        for one in self.attractors:
+            if 0 < left < one.period:  # what it reaches until the end is not known yet
+                continue
+            open_ = np.flatnonzero(outcome == UNDECIDED)
+            if not len(open_):
+                return
+            arrived = one.held(self.equations, samples, speeds, end / 2, open_)
+            outcome[arrived] = one.outcome
+            settled = _arrival(course[..., arrived], end, one, free[arrived])
+            settling[arrived] = np.where(settled <= end + left, settled, np.nan)
+            if left or end / 2 >= one.period:
+                square[arrived] = np.maximum(square[arrived], one.square)
+
+    def _rate(self, sight: View, samples: np.ndarray, members: np.ndarray) -> np.ndarray:
+        """Of the square (K, M), at samples (K, k, M) of these members."""
+        if sight.rate is not None:
+            return sight.rate
+        assert isinstance(self._view, SlowView)
+        return self._view.rate(samples, self.variants.of[members])
+
+    def _peak(self, times: np.ndarray, signal: np.ndarray, record: MemberRecord, samples: np.ndarray) -> np.ndarray:
+        """The largest value (M,) of slow signals (K + 1, M): beside the largest sample. samples (K, k, M): after the first."""
+        rows = np.clip(signal.argmax(axis=0) + np.array([[-1], [0], [1]]), 0, len(samples))
+        members = np.arange(signal.shape[1])
+        near = np.moveaxis(samples[np.maximum(rows - 1, 0), :, members], 2, 1)
+        assert isinstance(self._view, SlowView)
+        slope = np.where(rows == 0, record.end[1], self._view.rate(near, self.variants.of[record.number]))
+        return _peaks(times[rows], signal[rows, members], slope, len(rows) - 1)
+
+    @cached_property
+    def _left(self) -> Bound:
+        return unbalance_left(np.array([_weights(m) for m in self.variants.machines]))
+
+    @cached_property
+    def _free(self) -> np.ndarray:
+        """What the drive reaches without vibration (V,), signed; nan where nothing says so."""
+        each = [free_speed(m, m.rotor) for m in self.variants.machines]
+        return np.array([np.nan if f is None else f for f in each])
+
+    def _resonance(self, variant: int, sense: int, phases: tuple[float, ...]) -> float | None:
+        """The speed of the last maximum of the vibration torque below the free speed, with the bodies about the main rotor at
+        phases as sigma alpha."""
+        key = variant, sense, phases
+        if key not in self.known:
+            self.known[key] = _resonance(self.variants.machines[variant], sense, phases)
+        return self.known[key]
+
+    def _outcome(self, rest: Resting, phases: np.ndarray, variants: Variants) -> np.ndarray:
+        """The outcome (M,) of members at rest with the bodies about the rotor at phases (b, M), ``UNDECIDED`` of others."""
+        outcome = np.full(len(rest.known), UNDECIDED, np.int8)
+        (at_speed, speed_known), (balanced, balance_known) = rest.at_speed(self._free[variants.of]), rest.balanced
+        outcome[rest.known & at_speed & balanced] = _CODE[Outcome.COMPENSATED]
+        others = rest.known & rest.quiet & ((speed_known & ~at_speed) | (balance_known & ~balanced))
+        for i in np.flatnonzero(others):
+            rounded = np.zeros(len(phases)) if self.equations.isotropic else np.round(rest.sense[i] * phases[:, i] / _ROUND)
+            resonance = self._resonance(int(variants.of[i]), int(rest.sense[i]), tuple((_ROUND * rounded).tolist()))
+            if resonance is None or rest.lowest[0, i] > resonance:
+                outcome[i] = _CODE[Outcome.PASSED]
+            elif rest.even[i] and rest.lowest[1, i] <= resonance:
+                outcome[i] = _CODE[Outcome.CAPTURED]
+        return outcome
+
+    def _hopeless(self, rest: Resting, seen: LastHalf, variants: Variants) -> np.ndarray:
+        """Which members (M,) no closer look can tell: their speed goes up and down, below the resonance, too seldom yet,
+        or they are far from their end."""
+        window = rest.sense * seen.speed.reshape(WINDOWS, -1, seen.speed.shape[1])[-1]
+        low, high = window.min(axis=0), window.max(axis=0)
+        restless = ~rest.known & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises < 2)
+        before = rest.early.copy()
+        for i in np.flatnonzero(restless) if self.equations.isotropic else ():
+            resonance = self._resonance(int(variants.of[i]), int(rest.sense[i]), (0.0,) * len(seen.phases))
+            before[i] = resonance is not None and low[i] < resonance
+        return before
+
+
+def _resonance(machine: Machine, sense: int, phases: tuple[float, ...]) -> float | None:
+    """See ``FirstLook._resonance``."""
+    free = free_speed(machine, machine.rotor)
+    if free == 0:
+        return None
+    index = [machine.bodies.index(b) for b in machine.group(machine.rotor)]
+    expected = None if free is None else sense * free
+    return Vibration.of(machine).only(index).last_maximum(expected, np.array([0.0, *phases]))
+
+
+def _weights(machine: Machine) -> tuple[complex, ...]:
+    """The unbalances of the main rotor and of the bodies about it, as shares of its own."""
+    weights, others = weights_of(machine, machine.rotor), [b for b in machine.bodies if b is not machine.rotor]
+    return (weights[0], *(weights[1 + others.index(b)] for b in machine.group(machine.rotor)[1:]))
+
+
+def _peaks(times: np.ndarray, signal: np.ndarray, slope: np.ndarray, window: int) -> np.ndarray:
+    """The largest value (M,) of signals (K + 1, M): between samples where these follow them, else at the samples.
+
+    times: (K + 1, 1) or of each (K + 1, M). They do where, in a window of so many intervals, slopes and differences agree: less
+    than about a third of an oscillation lies between two samples.
+    """
+    change = np.diff(signal, axis=0)
+    missed = np.abs(change - 0.5 * np.diff(times, axis=0) * (slope[:-1] + slope[1:]))
+    missed, change = (x.reshape(-1, window, x.shape[1]).sum(axis=1) for x in (missed, np.abs(change)))
+    followed = np.repeat(missed <= _FOLLOWED * change, window, axis=0)
+    between = np.where(followed, between_samples(times, signal, slope), -math.inf)
+    return np.asarray(np.maximum(between.max(axis=0), signal.max(axis=0)))
+
+
+def _lengthened(course: np.ndarray | None, speed: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """The course (4, K, M) of a ``MemberRecord`` after a chunk of samples (K, M), as long as all of it before."""
+    new = np.array([speed, speed, left, left])
+    if course is None:
+        return new
+    longer = np.empty_like(course)
+    for k, (row, before) in enumerate(zip(longer, course, strict=True)):
+        (np.minimum, np.maximum)[k % 2](before[::2], before[1::2], out=row[:SAMPLES])
+    longer[:, SAMPLES:] = new
+    return longer
+
+
+def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarray:
+    """From when on (M,) the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with."""
+    low, high, least, most = course
+    margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(low[-1]), np.abs(free))
+    speed, left = (low[-1] + high[-1]) / 2, (least[-1] + most[-1]) / 2
+    off = (high > speed + margin) | (low < speed - margin)
+    off |= (most > left + UNBALANCE_TOLERANCE) | (least < left - UNBALANCE_TOLERANCE)
+    first = np.where(off.any(axis=0), PARTS - off[::-1].argmax(axis=0), 0)
+    return np.asarray(first * end / PARTS)
+
+
+def _arrival(course: np.ndarray, end: float, attractor: Attractor, free: np.ndarray) -> np.ndarray:
+    """From when on (M,) the speed stays in an attractor's range, widened by 0.5 % (of the free speed), and a period."""
+    low, high = np.sort(np.sign(course[0, -1]) * np.array([attractor.low, attractor.high])[:, None], axis=0)
+    margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(attractor.low), np.abs(free))
+    off = (course[1] > high + margin) | (course[0] < low - margin)
+    first = np.where(off.any(axis=0), PARTS - off[::-1].argmax(axis=0), 0)
+    return np.asarray(first * end / PARTS + attractor.period)

@@ -1,0 +1,98 @@
+"""Whether a body lags behind its rotor: by how much, and for how long it must be watched until that is known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE
+from wucht.numerics.observers.projection import Course, Projection, projected, trend, windows_of
+from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.turns import PER_TURN
+
+_CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better
+_AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
+_LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
+_TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
+_WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
+_IRREGULAR, _MANY_SLIPS = 0.1, 1000  # of the lag, and turns: a body that tumbles irregularly lags if it has done so for so long
+_SMALL, _GROWING = 0.1, 1.05  # rad, and from quarter to quarter of the record: a swing that grows
+_CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
+
+
+@dataclass(frozen=True)
+class Lag(Projection):
+    """By how much a body will lag, as a share of the speed. windows: in how many that is known. growing: it swings about its
+    place, ever further."""
+
+    growing: bool = False
+
+
+def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarray | None, noise: Noise) -> Lag:
+    """The lag of a body: none as long as it goes to and fro within a turn.
+
+    i: which of the others. speed: the rotor's. ahead: how many windows are looked ahead. borders: of the groups of cycles that
+    are the windows; None: tenths of the record. noise: of the integration.
+    """
+    lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
+    slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
+    place = projected(windows_of(slip).mean(axis=1), ahead, max(_AT_REST, noise.angle))
+    half = slip[len(slip) // 2 :]
+    if _librates(half) and place.width < 2 * math.pi:
+        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(half))
+    rounding = noise.speed
+    if borders is not None:
+        means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed
+        rounding = max(rounding, _CYCLES_ROUNDING * abs(float(means[-1])))
+    else:
+        means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
+    p = projected(means, ahead, rounding, _WIDER)
+    if abs(p.last) <= LAG_TOLERANCE:
+        if p.course is Course.DRIFTING and p.low < 0 < p.high:  # one that catches up does not overtake
+            p = replace(p, low=min(p.last, 0.0), high=max(p.last, 0.0))
+        return Lag(p.last, p.low, p.high, p.course, p.windows_until(LAG_TOLERANCE))
+    last, low, high = p.last, min(p.low, float(means.min())), max(p.high, float(means.max()))
+    # One that catches up, however slowly, will have done so; one that has slipped too little, or tumbles, may do so.
+    wait = _windows_until_caught_up(means, p, ahead)
+    late, slips = float(np.ptp(slip[-max(2, len(slip) // 5) :])), float(np.ptp(slip)) / (2 * math.pi)
+    irregular = np.ptp(means) > _IRREGULAR * abs(last)
+    if wait is None and (late < 2 * math.pi or (irregular and slips < _MANY_SLIPS)):
+        wait = math.inf  # nothing says when a body is caught that slips slowly, or tumbles
+    if wait is None:
+        return Lag(last, low, high, p.course, replace(p, low=low, high=high).windows_until(LAG_TOLERANCE))
+    return Lag(last, min(low, 0.0), max(high, 0.0), p.course, wait)
+
+
+def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> float | None:
+    """In how many windows a body turns with the rotor if its lag goes on to fall as it does; None if it does not get there."""
+    sizes = np.abs(means)
+    change = abs(float(means[-1] - means[-2])) * ahead
+    if p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last):
+        return abs(p.last) * ahead / change
+    if p.course is not Course.APPROACHING or trend(sizes) >= 0 or (means * means[-1] <= 0).any() or sizes[-1] >= sizes[0]:
+        return None
+    fall = math.log(sizes[0] / sizes[-1]) / (len(sizes) - 1)
+    until = math.log(sizes[-1] / LAG_TOLERANCE) / fall
+    return until if until < ahead else None
+
+
+def _grows(slip: np.ndarray) -> bool:
+    """Whether a swing grows that is not small."""
+    earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
+    return late > max(_SMALL, _GROWING * earlier)
+
+
+def _librates(slip: np.ndarray) -> bool:
+    """Whether a body swings by less than a quarter of a turn about its place, or further, but evenly and without tumbling."""
+    if np.ptp(slip) < _LIBRATION:
+        return True
+    earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
+    return bool(np.ptp(slip) < _TUMBLING and abs(late - earlier) <= _EVENLY * earlier)
+
+
+def undecided(lag: Projection) -> bool:
+    """Whether it cannot be told if a body lags."""
+    return (lag.low < -LAG_TOLERANCE <= lag.high) or (lag.low <= LAG_TOLERANCE < lag.high)

@@ -1,0 +1,121 @@
+"""Rotors entrained by a vibration or by each other: mean speeds and phases over whole periods."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import Observation
+from wucht.dynamics.verdicts.outcomes import Bounds, Locking
+from wucht.machines.machine import Machine
+from wucht.numerics.angles import wrapped
+from wucht.numerics.observers.projection import AHEAD, falling, projected, windows_of
+from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.turns import PER_TURN
+
+_ROUNDING = 1e-8  # of the speed: how mean speeds over whole periods change below is rounding
+_AT_REST = 1e-4  # rad: a phase that moves less from window to window is at rest
+_BOUNDED = 0.2  # of the mean speed: it will not change by more where the rotors are not locked for good
+_SHARE = 0.5  # of the run: the last part, over which is averaged
+
+
+@dataclass(frozen=True)
+class Locked:
+    """The evidence, and what goes into the summary.
+
+    speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
+    rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
+    begin and end time. amplitudes: mean, least and greatest there. smooth_speeds: the same as ``speeds``, where a modulation is
+    cut at the ends. change: the largest between the halves of the window. creep: by how much the slow phases moved in the
+    second half of it, in rad.
+    """
+
+    evidence: Locking
+    speeds: dict[str, float]
+    phases: dict[str, float]
+    window: tuple[float, float]
+    amplitudes: tuple[float, float, float]
+    smooth_speeds: dict[str, float]
+    change: float
+    creep: float
+
+
+def is_locking(machine: Machine) -> bool:
+    """Whether a machine is judged by locking: its carrier is shaken harmonically, or several of its rotors are free to turn."""
+    free = sum(r.coordinate.prescribed is None for r in machine.rotors)
+    return free > 1 or (free == 1 and machine.shaken is not None and machine.shaking_frequency is not None)
+
+
+def locked(machine: Machine, seen: Observation) -> Locked | None:
+    """Mean speeds and phases of a run; None where the main rotor does not make a single period in its last half."""
+    main, names = machine.rotor.name, [b.name for b in machine.bodies]
+    by_vibration = seen.vibration is not None
+    record = seen.rotors[main] if seen.vibration is None else seen.vibration
+    leading = [*(["vibration"] if by_vibration else [main]), *(n for n in names if by_vibration or n != main)]
+    half = record.whole_turns(_SHARE)
+    periods = round((len(half) - 1) * half.size / PER_TURN)
+    if periods < 1:
+        return None
+
+    def of_rotors(values: np.ndarray) -> dict[str, Any]:
+        """Of values for the leading motion and for those beside it, those of the rotors."""
+        return {r.name: values[leading.index(r.name)] for r in machine.rotors}
+
+    speeds, smooth = (of_rotors((half.sense * x).tolist()) for x in (half.mean_speeds, half.smooth_mean_speeds))
+    earlier, later = (of_rotors(part.smooth_mean_speeds) for part in (half.part(slice(len(half) // 2)), half.last(0.5)))
+    phases = rotor_phases(machine, half.time, of_rotors(np.array([half.angle, *half.angles])))
+    evidence = _evidence(machine, record.whole, periods, of_rotors, seen.noise)
+    # Rotors that turn at speeds of their own have no period in common.
+    apart = not by_vibration and evidence.locked is False
+    return Locked(
+        evidence,
+        speeds=smooth if apart else speeds,
+        phases={name: float(wrapped(p[-max(1, len(half) // 10) :].mean())) for name, p in phases.items()},
+        window=(float(half.time[0]), float(half.time[-1])),
+        amplitudes=half.amplitudes,
+        smooth_speeds=smooth,
+        change=max(float(abs(later[name] - earlier[name])) for name in speeds),
+        creep=max((float(abs(p[-1] - p[len(half) // 2])) for p in phases.values()), default=0.0),
+    )
+
+
+def _evidence(
+    machine: Machine, whole: Blocks, periods: int, of_rotors: Callable[[np.ndarray], dict[str, Any]], noise: Noise
+) -> Locking:
+    """What the criteria need. of_rotors: of values for the leading motion and those beside it, those of the rotors."""
+    phases = rotor_phases(machine, whole.time, of_rotors(np.array([whole.angle, *whole.angles])))
+    each = of_rotors(np.array([whole.speed, *whole.followers]))
+    main, frequency = machine.rotor.name, machine.shaking_frequency
+    durations = windows_of(1 / whole.speed).mean(axis=1)
+    means = {name: np.abs(windows_of(x / whole.speed).mean(axis=1)) / durations for name, x in each.items()}
+    compared = [means[main]] if frequency is not None else [x for name, x in means.items() if name != main]
+    reference = abs(frequency) if frequency is not None else means[main]
+    if not durations.size or not np.isfinite(durations).all():
+        return Locking(0, (), ())
+    rounding, at_rest = max(_ROUNDING, noise.speed), max(_AT_REST, noise.angle)
+    bounded = projected(means[main], AHEAD, rounding * float(means[main][-1]))
+    return Locking(
+        periods,
+        tuple(_apart(x / reference - 1, rounding) for x in compared),
+        tuple(projected(windows_of(p).mean(axis=1), AHEAD, at_rest).bounds for p in phases.values()),
+        bounded.width <= _BOUNDED * abs(bounded.last),
+    )
+
+
+def _apart(means: np.ndarray, rounding: float) -> Bounds:
+    """Between which bounds a difference of speeds will stay: one that mostly falls goes on to do so."""
+    way = math.copysign(1.0, means[-1])
+    p = falling(way * means, AHEAD, rounding)
+    return (p.low, p.high) if way > 0 else (-p.high, -p.low)
+
+
+def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """As sigma phi (N,), of the main rotor to the vibration (``vibration``), or of the others to it. angles: of all of them."""
+    turned = {name: math.copysign(1.0, angle[-1] - angle[0]) * angle for name, angle in angles.items()}
+    origin, frequency = turned.pop(machine.rotor.name), machine.shaking_frequency
+    return {n: a - origin for n, a in turned.items()} if frequency is None else {"vibration": origin - frequency * time}

@@ -1,0 +1,163 @@
+"""What is seen of a machine's motion while it runs: a pure function of the motion, whatever of it is stored."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from wucht.analysis.static import axis_at_rest
+from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observables import Orbit
+from wucht.machines.machine import Machine
+from wucht.machines.operation import rotor_inertia, sense_of
+from wucht.machines.tree import RotatingBody
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.span_record import SpanRecord
+from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers.turns import Samples
+from wucht.numerics.peaks import interval_peaks
+
+
+@dataclass(frozen=True)
+class Observation:
+    """A motion so far.
+
+    rotors: turn by turn of each rotor, by name; the others beside it are all other bodies in the machine's order. vibration:
+    by periods of a prescribed vibration, beside it all bodies. Their distance is that of the main rotor's axis from where it
+    rests; largest: of it. main: the main rotor over time. noise: of the integration. end_time: how far. common: where several
+    rotors are free to turn, the main rotor at the mean of their angles, turn by turn.
+    """
+
+    rotors: Mapping[str, TurnRecord]
+    vibration: TurnRecord | None
+    main: SpanRecord
+    noise: Noise
+    largest: float = 0.0
+    end_time: float = 0.0
+    common: TurnRecord | None = None
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Watches a machine. span: of time, in which the fastest motion is sampled several times. noise: of the integration."""
+
+    machine: Machine
+    span: float
+    noise: Noise
+
+    @cached_property
+    def _orbit(self) -> Evaluator:
+        system = self.machine.system
+        names = [f"orbit.{v}{n}" for n in self.machine.orbit for v in ("", "v")]
+        return Evaluator.of(system, [system.output(n).expression for n in names], names)
+
+    @cached_property
+    def _sliding(self) -> list[tuple[int, int, float]]:
+        """Of each body in which a mass slides its number, the row of the displacement, and what that adds to the unbalance."""
+        machine, along = self.machine, moments_along_guides(self.machine).tolist()
+        rows = {x.name: machine.row(x.coordinate.position) for x in machine.sliders}
+        return [(i, rows[b.name], m) for i, (b, m) in enumerate(zip(machine.bodies, along, strict=True)) if m]
+
+    @cached_property
+    def _shares(self) -> dict[str, np.ndarray]:
+        """By rotor, what makes unbalances of all bodies (n, 1) shares of its own; zero for those of other rotors."""
+        machine = self.machine
+        return {
+            r.name: np.array([[float(b in machine.group(r)) / unbalance_scale(machine, r)] for b in machine.bodies])
+            for r in machine.rotors
+        }
+
+    @cached_property
+    def _of_common(self) -> np.ndarray:
+        """The shares of the bodies' angles (n,) in the common motion of several free rotors, else none.
+
+        They are those of the rotors' inertias, with the senses in which they turn: what the rotors do to each other, equal and
+        opposite, does not change the mean.
+        """
+        machine = self.machine.at(self.machine.breakpoints[-1])
+        inertias = {r: rotor_inertia(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
+        if len(inertias) < 2:
+            return np.empty(0)
+        total = sum(inertias.values())
+        return np.array([sense_of(machine, b) * inertias[b] / total if b in inertias else 0.0 for b in machine.bodies])
+
+    @cached_property
+    def _at_rest(self) -> dict[str, float]:
+        return axis_at_rest(self.machine)
+
+    def begin(self) -> Observation:
+        """Before anything has been seen."""
+        others = len(self.machine.bodies) - 1
+        shaken = self.machine.shaking_frequency is not None
+        machine = self.machine.at(self.machine.breakpoints[-1])
+        rotors = {r.name: TurnRecord(others, weights_of(machine, r)) for r in self.machine.rotors}
+        common, vibration = TurnRecord(others) if len(self._of_common) else None, TurnRecord(others + 1) if shaken else None
+        return Observation(rotors, vibration, SpanRecord(self.span), self.noise, common=common)
+
+    def samples(self, motion: Trajectory) -> Samples:
+        """Of the machine's motion what is watched: all bodies in their order."""
+        samples = Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
+        rows = self._orbit(motion.time, motion.states, motion.parameters)
+        orbit = Orbit.of(self.machine, motion.time, rows, self._at_rest)
+        moments = np.zeros_like(samples.angles) if self._sliding else samples.moments
+        for body, row, moment in self._sliding:
+            moments[body] = moment * motion.states[row]
+        return replace(samples, square=orbit.square, rate=orbit.square_rate, moments=moments)
+
+    def looked(self, seen: Observation, motion: Trajectory) -> Observation:
+        """See ``after``."""
+        return self.after(seen, self.samples(motion))
+
+    def after(self, seen: Observation, samples: Samples) -> Observation:
+        """After a part of the motion, which may begin with the last sample of the part before."""
+        machine, names = self.machine, [b.name for b in self.machine.bodies]
+        rotors, vibration, frequency = {}, seen.vibration, machine.shaking_frequency
+        for name, record in seen.rotors.items():
+            shares = replace(samples, moments=samples.moments * self._shares[name]) if self._sliding else samples
+            rotors[name] = record.after(shares.led_by(names.index(name)))
+        lead = names.index(machine.rotor.name)
+        main, common = seen.main.after(samples.only(lead)), seen.common
+        if common is not None:
+            mean = (self._of_common @ of_bodies for of_bodies in (samples.angles, samples.speeds))
+            common = common.after(samples.led_by(lead).with_leading(*mean))
+        if vibration is not None and frequency is not None:
+            vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
+        square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
+        largest = max(seen.largest, math.sqrt(max(square, 0.0)))
+        return Observation(rotors, vibration, main, seen.noise, largest, float(samples.time[-1]), common)
+
+
+def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:
+    """The unbalances of a rotor and of all other bodies, zero of those of other rotors, as shares of its own."""
+    own, bodies = unbalances(machine), machine.bodies
+    group = [bodies.index(b) for b in machine.group(rotor)]
+    scale = unbalance_scale(machine, rotor)
+    each = [own[i] / scale if i in group else 0.0 for i in range(len(bodies))]
+    return tuple(map(complex, [each.pop(group[0]), *each]))
+
+
+def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:
+    """Angle and speed of a body over a run, (N,) each."""
+    angle = trajectory.states[machine.row(body.coordinate.position)]
+    if body.coordinate.prescribed is not None:
+        return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
+    return angle, trajectory.states[machine.row(body.coordinate.velocity)]
+
+
+def fastest_of(machine: Machine, motion: Trajectory) -> float:
+    """The largest speed (rad per time) at which a body of the machine turns in a motion, prescribed speeds included."""
+    given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
+    largest = [np.abs(machine.prescribed_speed(c, motion.time)).max(initial=0.0) for c in given]
+    return float(max([fastest_in_each(machine, motion.states).max(initial=0.0), *largest]))
+
+
+def fastest_in_each(machine: Machine, states: np.ndarray) -> np.ndarray:
+    """The largest speed at which a body turns that is free to, in each of states (n, N)."""
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    return np.asarray(np.abs(states[free]).max(axis=0, initial=0.0))

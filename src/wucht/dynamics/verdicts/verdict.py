@@ -1,0 +1,286 @@
+"""From what was seen of a motion to the outcome, and what goes into the summary."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
+from wucht.dynamics.verdicts.coasting import COASTS
+from wucht.dynamics.verdicts.drive_and_vibration import as_it_rises, faster_branch
+from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, IN_NOISE, UNREST, Standing, standing
+from wucht.dynamics.verdicts.locking import Locked, is_locking, locked
+from wucht.dynamics.verdicts.observation import Observation
+from wucht.dynamics.verdicts.outcomes import (
+    AMPLITUDE_TOLERANCE,
+    FEWEST_PERIODS,
+    SPEED_TOLERANCE,
+    UNBALANCE_TOLERANCE,
+    Evidence,
+    Outcome,
+    classify,
+)
+from wucht.dynamics.verdicts.several_rotors import rotor_outcomes
+from wucht.dynamics.verdicts.swings import longer_until_no_turning, swing_of, turning_on_the_whole
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed
+from wucht.machines.release_events import last_change
+from wucht.numerics.observers.modulation import Modulation
+from wucht.numerics.observers.turn_record import Blocks
+
+_LONGER = 2.5  # times the run: at least, and where nothing says how long; so never three times what is needed
+_VERY_MANY_TURNS = 40_000  # after which what goes to and fro, and neither falls nor drifts, goes on like that
+_RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
+_FLOAT = 1e-9  # share that is rounding
+_EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
+_OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
+_RESTLESS = (Outcome.BALANCER_CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.NOT_ENTRAINED, Outcome.NOT_SYNCHRONISED)
+_LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a run.
+
+    standing: where the main rotor stands, None if it does not turn. window: begin and end time of the last window. phases:
+    circular means over the last turn. settling_time: of speed and unbalance. amplitude_settling_time: of the vibration. These,
+    modulation, advice, needed: None where they do not apply; needed is the time that decides. faster_branch: the drive could
+    hold a higher speed as well. rotors: of several, what became of each.
+    """
+
+    outcome: Outcome
+    evidence: Evidence
+    window: tuple[float, float]
+    standing: Standing | None = None
+    speed: float = 0.0
+    settling_time: float | None = None
+    amplitude_settling_time: float | None = None
+    advice: str | None = None
+    needed: float | None = None
+    faster_branch: bool = False
+    locked: Locked | None = None
+    rotors: dict[str, Outcome] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words."""
+        if self.outcome is Outcome.PASSED and self.evidence.resonance is None:
+            return "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
+        free = self.evidence.free_speed
+        if self.outcome is Outcome.BALANCER_CAPTURED and (free is None or self.speed < (1 - SPEED_TOLERANCE) * abs(free)):
+            below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
+            return f"the rotor gets through its resonance, but bodies lag behind it, captured there, and brake it{below}"
+        if self.outcome is Outcome.UNIDENTIFIED and self.needed is None:
+            return "the motion goes on without coming to anything that can be told"
+        held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
+        share = f", at {100 * self.speed / abs(free):.0f} % of the speed without vibration" if free else ""
+        together = share if self.outcome is Outcome.SYNCHRONISED else ""
+        return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}{together}" if held else "")
+
+    @property
+    def modulation(self) -> Modulation | None:
+        """Of the main rotor's speed."""
+        return None if self.standing is None else self.standing.modulation
+
+    @property
+    def amplitudes(self) -> tuple[float, float, float] | None:
+        """Of the main rotor's axis in the window, the largest ones over a turn: mean, least and greatest.
+
+        None if it does not turn; or with a modulation, of whose valleys turns see too little.
+        """
+        if self.locked is not None:
+            return self.locked.amplitudes
+        return None if self.standing is None or self.evidence.modulated else self.standing.window.amplitudes
+
+    @property
+    def phases(self) -> dict[str, float]:
+        """Of the bodies about the main rotor."""
+        return {} if self.standing is None else self.standing.phases
+
+    @property
+    def residual(self) -> float | None:
+        """The largest share of the unbalance that is left in the window."""
+        return None if self.standing is None else self.standing.residual
+
+    def settled_within(self, tolerance: float) -> bool:
+        """Whether the outcome is known and the numbers will change by less than the tolerance."""
+        if self.outcome is Outcome.UNIDENTIFIED:
+            return False
+        if self.locked is not None:
+            return self.locked.evidence.periods >= _LOCKED_PERIODS
+        if self.standing is None or self.evidence.modulated:
+            return True
+        if self.evidence.asynchronous:
+            return all(high - low <= _EVEN_LAG * max(abs(low), abs(high)) for low, high in self.evidence.lags)
+        sizes = (self.evidence.free_speed or self.speed, 1.0)
+        return all(p.width <= tolerance * abs(size) for p, size in zip(self.standing.projections, sizes, strict=False))
+
+
+def judge(machine: Machine, seen: Observation, free: float | None, failure: str | None = None, beyond: bool = False) -> Verdict:
+    """Decide the outcome of a run.
+
+    free: what the drive reaches without vibration, at the end of the run. failure: why the run failed, if it did. beyond:
+    whether it ended because it reached the speed limit.
+    """
+    machine = machine.at(seen.end_time)
+    record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
+    turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
+    turning = turned and record.turns >= FEWEST_TURNS
+    verdict = _turning(machine, seen, free) if turning else _without_turning(machine, seen, free)
+    if failure:
+        return replace(verdict, outcome=Outcome.FAILED, advice=None, needed=None)
+    if beyond:
+        evidence = replace(verdict.evidence, beyond_limit=True)
+        return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
+    if seen.end_time < (changes := last_change(machine)):
+        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
+        return _undecided(machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes)
+    verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
+    return _after_transients(machine, verdict, seen.end_time)
+
+
+def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
+    """The verdict; none on a motion that is not at rest as long as it may be a transient."""
+    if verdict.outcome in _RESTLESS and end < (needed := _OLD * vibration_decay(machine)):
+        why = "free vibrations have hardly decayed"
+    elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > UNREST:
+        needed = _DECAYS * slowest_decay(machine, verdict.standing.sense * verdict.speed)
+        why = "bodies still move about the rotor"
+        if end >= needed:
+            return verdict
+    else:
+        return verdict
+    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
+    return _undecided(machine, verdict, why, needed)
+
+
+def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
+    """The verdict on rotors that may be entrained: by their mean speeds over whole periods."""
+    means = locked(machine, seen)
+    if means is None:
+        return verdict
+    end, periods = seen.end_time, means.evidence.periods
+    before = verdict.needed or _LONGER * end
+    drifting = verdict.standing is not None and verdict.standing.drifting and not means.evidence.locked
+    verdict = replace(
+        verdict,
+        outcome=Outcome.UNIDENTIFIED if drifting else means.evidence.outcome(by_vibration=seen.vibration is not None),
+        evidence=replace(verdict.evidence, turning=True),
+        window=means.window,
+        speed=abs(means.speeds[machine.rotor.name]),
+        advice=None,
+        needed=None,
+        locked=means,
+    )
+    if verdict.outcome is not Outcome.UNIDENTIFIED:
+        rotors, common = rotor_outcomes(machine, seen, means)
+        return replace(verdict, rotors=rotors, evidence=common or verdict.evidence)
+    why, needed = "the phases still move", before
+    if periods < FEWEST_PERIODS:
+        why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
+        needed = _LONGER * end
+    return _undecided(machine, verdict, why, needed)
+
+
+def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
+    digit = 10.0 ** (math.floor(math.log10(until)) - 2)
+    until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run as long as is said is to be enough
+    advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
+    needed = float(f"{until:.3g}")
+    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=needed)
+
+
+def _without_end(verdict: Verdict, why: str) -> Verdict:
+    advice = f"{why}: to run longer would not tell more"
+    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=None)
+
+
+def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
+    record = seen.rotors[machine.rotor.name]
+    stands = standing(machine, machine.rotor, record, free, seen.end_time, seen.noise)
+    evidence, window = as_it_rises(machine, stands), stands.window
+    verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
+    if verdict.outcome is Outcome.UNIDENTIFIED:
+        if stands.endless in (COASTS, IN_NOISE) or (stands.endless and _long(machine, seen.end_time, record.turns, stands)):
+            return _without_end(verdict, stands.endless)
+        return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
+    passed = verdict.outcome is Outcome.PASSED
+    return replace(
+        verdict,
+        settling_time=_settling_time(record.whole, stands),
+        amplitude_settling_time=_amplitude_settling_time(record.whole, stands),
+        faster_branch=passed and faster_branch(machine, stands),
+    )
+
+
+def _settling_time(whole: Blocks, stands: Standing) -> float:
+    """From when on the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with.
+
+    With a modulation: from when on both stay within its range, widened by the same amounts.
+    """
+    period, reference = 0.0, stands.evidence.free_speed or stands.speed
+    margin, low, high, cycle = SPEED_TOLERANCE * reference, stands.speed, stands.speed, stands.modulation
+    if cycle is not None:
+        # The approach may cross the range: settled is what has been seen to repeat, one period after the range is last left.
+        low, high, period = cycle.low, cycle.high, cycle.period
+    off = (whole.highest > high + margin) | (whole.lowest < low - margin)
+    if cycle is None and not stands.evidence.asynchronous:
+        final = (stands.window.greatest_sum.mean() + stands.window.least_sum.mean()) / 2
+        off |= (whole.greatest_sum > final + UNBALANCE_TOLERANCE) | (whole.least_sum < final - UNBALANCE_TOLERANCE)
+    return _never_again(whole, off, period)
+
+
+def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
+    """From when on the largest distances over turns stay within those of the last window, widened by 1 % of the largest of all.
+
+    Free vibrations decay on their own, often long after the speed has settled. None where bodies lag: it beats for good.
+    """
+    if stands.evidence.asynchronous is not False:
+        return None
+    _, low, high = stands.window.amplitudes
+    margin = AMPLITUDE_TOLERANCE * float(whole.greatest_amplitude.max())
+    off = (whole.greatest_amplitude > high + margin) | (whole.least_amplitude < low - margin)
+    return _never_again(whole, off, 0.0 if stands.modulation is None else stands.modulation.period)
+
+
+def _never_again(whole: Blocks, off: np.ndarray, period: float) -> float:
+    """The time of the first block after which none is ``off`` (K,), and a period more."""
+    first = int(np.flatnonzero(off).max(initial=-1)) + 1
+    return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
+
+
+def _long(machine: Machine, end: float, turns: float, stands: Standing | None = None) -> bool:
+    """Whether all that decays has decayed long ago, and what goes on has been seen many times."""
+    speed = (free_speed(machine, machine.rotor) or 0.0) if stands is None else stands.sense * stands.speed
+    return turns >= _VERY_MANY_TURNS and end >= _DECAYS * slowest_decay(machine, speed)
+
+
+def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]:
+    """Why nothing can be told yet, and when it can."""
+    known = math.isfinite(stands.needed)
+    why = "the motion still approaches its end" if known else "the motion is still under way"
+    until = max(_LONGER, 1 + stands.needed if known else 0.0) * end
+    speed = stands.sense * stands.speed
+    # Before a resonance it is the vibration that decides how long a run-up takes.
+    run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
+    return why, max(until, _RUN_UPS * run_up)
+
+
+def _without_turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
+    end, swing, quarter = seen.end_time, swing_of(machine, seen), seen.main.last(0.25)
+    if swing is not None:
+        evidence = Evidence(turning=False, swing=swing.bounds)
+    else:
+        evidence = turning_on_the_whole(machine, seen, free) or Evidence(turning=False)
+    verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
+    if verdict.outcome is not Outcome.UNIDENTIFIED:
+        return replace(verdict, settling_time=end)
+    if longer := longer_until_no_turning(seen) if swing is None else swing.longer:
+        needed = max(_LONGER, longer) * end
+    elif _long(machine, end, end / seen.main.span):
+        return _without_end(verdict, "the rotor swings and turns over irregularly, and nothing of that is seen to decay")
+    else:
+        needed = max(_LONGER * end, 1e-9)
+    return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)

@@ -1,1 +1,0 @@
-"""What is seen of a motion while it runs, and what becomes of the machine."""

@@ -1,0 +1,67 @@
+"""The keys of studies that start a machine once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from wucht.checking import refuse_unknown
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies import spec as common
+
+_ENDS = ("until", "turns", "settled")
+
+
+class SingleRun(common.Spec):
+    """The keys of a question that starts the machine once: how far it runs, from where, and with which equations."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (_ENDS,)
+    horizon: ClassVar[tuple[str, ...]] = _ENDS
+    from_start: ClassVar[bool] = True
+
+    until: float | None = si("s", "time", default=None, gt=0)
+    turns: float | None = si("", "number of turns", default=None, gt=0)
+    settled: common.TrueOrFalse | None = Field(None, description="run until the machine has settled")
+    start: common.Start = Field(default_factory=dict)
+    model: Literal["full", "slow", "both"] = Field("full", description="equations")
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
+    speed_limit: float | None = si("rad/s", "speed", default=None, gt=0)
+    engine: common.Engine | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _until_settled(cls, given: Any) -> Any:
+        """``until = "settled"`` and ``until = { turns = 300 }``."""
+        if not isinstance(given, Mapping):
+            return given
+        until = given.get("until")
+        until = {"settled": True} if until == "settled" else until
+        if not isinstance(until, Mapping):
+            return given
+        refuse_unknown(until, ("turns", "settled"), "study.until")
+        if not until:
+            raise InputError("study.until", {}, "must be a time, { turns = NUMBER } or { settled = true }")
+        return {k: v for k, v in given.items() if k != "until"} | dict(until)
+
+    @property
+    def settings(self) -> RunSettings:
+        """How the machine is run up."""
+        keys = ("until", "turns", "model", "inertia", "order", "tolerance", "speed_limit", "engine")
+        return RunSettings(**{key: getattr(self, key) for key in keys})
+
+    def check(self) -> None:
+        """One end, and the keys of averaged equations only with them."""
+        if sum(x is not None for x in (self.until, self.turns, self.settled or None)) > 1:
+            raise InputError("study.until", None, "must be one of until, turns and settled")
+        if self.settled is False and self.until is None and self.turns is None:
+            raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
+        if self.model == "full":
+            for key in ("inertia", "order"):
+                if key in self.model_fields_set and getattr(self, key) is not None:
+                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow' or 'both'")

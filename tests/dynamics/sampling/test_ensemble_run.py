@@ -1,0 +1,272 @@
+"""Members of ensembles against run-ups, one by one."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.sampling import ensemble_run
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.work import Work
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.studies.run_up.spec import RunUp
+
+
+def pendulums(u: float) -> Machine:
+    return load_machine("drozdetskaya-2020/table-5.1").with_values({"u": u})
+
+
+def grid(n: int) -> list[dict[str, float]]:
+    places = (np.arange(n) + 0.5) / n
+    return [{"psi": 2 * math.pi * p, "delta": math.pi * d} for d in places for p in places]
+
+
+def states(machine: Machine, starts: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    return np.array([initial_state(machine, start) for start in starts]).T
+
+
+def run_of(machine: Machine, start: Mapping[str, Any], model: Any = "slow", **end: Any) -> Motion:
+    spec = RunUp(start=start, model=model, tolerance=1e-8, **end)
+    *_, (motion,) = run_up(RunUpCase.of(machine, start, spec.settings), Work())
+    return motion
+
+
+def labels(outcomes: MemberOutcomes) -> list[str]:
+    return [OUTCOMES[i].value for i in outcomes.outcome]
+
+
+def same(a: MemberOutcomes, b: MemberOutcomes) -> bool:
+    names = ("outcome", "settling_time", "peak_amplitude", "end_time")
+    return all(np.array_equal(getattr(a, n), getattr(b, n), equal_nan=True) for n in names) and a.failures == b.failures
+
+
+@pytest.mark.parametrize(
+    ("model", "u"),
+    [
+        *(pytest.param("slow", u, marks=pytest.mark.slow) for u in (1.0, 2.5)),
+        ("full", 1.0),
+        pytest.param("full", 2.5, marks=pytest.mark.slow),
+    ],
+)
+def test_outcomes_are_those_of_run_ups(model: str, u: float) -> None:
+    machine, starts = pendulums(u), grid(3)
+    found = outcomes_of(EnsembleQuestion(machine, model=model, tolerance=1e-8), states(machine, starts), {})
+    for i, start in enumerate(starts):
+        motion = run_of(machine, start, model)
+        assert labels(found)[i] == motion.verdict.outcome.value
+        assert found.peak_amplitude[i] == pytest.approx(motion.observation.largest, rel=5e-3)
+        # The course of a member is kept in 160 parts of its time, of which one or two settle it; so is that of a run-up.
+        apart = 3 * found.end_time[i] / 160
+        assert found.settling_time[i] == pytest.approx(motion.verdict.settling_time, abs=max(apart, 20.0))
+
+
+def test_a_member_does_not_depend_on_the_others() -> None:
+    machine = pendulums(2.5)
+    question, starts = EnsembleQuestion(machine, model="slow"), states(machine, grid(4))
+    whole, order = outcomes_of(question, starts, {}), np.random.default_rng(1).permutation(16)
+    assert same(outcomes_of(question, starts[:, order], {}), whole.taken(order))
+    assert same(outcomes_of(question, starts[:, 5:6], {}), whole.taken(np.array([5])))
+
+
+@pytest.mark.slow
+def test_parameters_differ_from_member_to_member() -> None:
+    machine, start = pendulums(1.0), {"psi": 0.0, "delta": 0.5}
+    u, beta = np.array([1.0, 3.5, 1.0, 5.0]), np.array([0.1, 0.1, 0.2, 0.1])
+    question = EnsembleQuestion(machine, ("u", "beta_r"), model="slow")
+    found = outcomes_of(question, states(machine, [start] * 4), {"u": u, "beta_r": beta})
+    for i in range(4):
+        one = machine.with_values({"u": float(u[i]), "beta_r": float(beta[i])})
+        alone = outcomes_of(EnsembleQuestion(one, model="slow"), states(one, [start]), {})
+        assert same(alone, found.taken(np.array([i])))
+    assert labels(found) == ["captured", "compensated", "captured", "compensated"]
+
+
+@pytest.mark.slow
+def test_at_a_given_end_what_is_not_settled_is_not_identified() -> None:
+    machine = pendulums(1.0)
+    begun = states(machine, grid(3))
+    short, long = (outcomes_of(EnsembleQuestion(machine, model="slow", until=end), begun, {}) for end in (30.0, 4000.0))
+    assert set(labels(short)) == {"unidentified"} and np.isnan(short.settling_time).all()
+    assert (short.end_time == 30.0).all() and "captured" in labels(long)
+
+
+def test_a_machine_with_contacts_is_run_up_member_by_member() -> None:
+    machine = load_machine("practice/laundry-drum")
+    question = EnsembleQuestion(machine, until=2.0, tolerance=1e-8)
+    where = "schedule of drive.voltage; contacts on the track ring; quadratic load on drum, at standstill"
+    why = f"each must stop where a law changes ({where})"
+    assert way_of(question) == f"members are run up one by one, which is slower: {why}"
+    found = outcomes_of(question, initial_state(machine, {})[:, None], {})
+    assert labels(found) == [run_of(machine, {}, "full", until=2.0).verdict.outcome.value]
+    assert way_of(replace(question, machine=pendulums(1.0))) == "members are integrated in batches"
+
+
+SMOOTH = {
+    "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e3, "damping": 5.0},
+    "bodies": [{"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01, "bearing_damping": 1e-4}],
+    "drive": {"on": "a", "kind": "linear", "slope": 1e-3, "no_load_speed": 50.0},
+}
+BESIDE = SMOOTH["bodies"][0] | {"name": "b"}
+BALL = {"kind": "pendulum", "name": "p", "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01}
+SERIES = {
+    "on": "a", "kind": "dc-series", "voltage": 42.0, "armature_resistance": 1.5, "field_resistance": 1.0,
+    "field_inductance": 0.05, "motor_constant": 1.0,
+}  # fmt: skip
+SHAKEN = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}
+
+
+@pytest.mark.parametrize(
+    ("changed", "model", "why"),
+    [
+        ({"bodies": [*SMOOTH["bodies"], BESIDE]}, "full", "several of its rotors are free to turn, and may synchronise"),
+        ({"carrier": SHAKEN}, "full", "its rotors may be entrained by the vibration of the carrier"),
+        ({"carrier": SHAKEN, "drive": {"kind": "constant-speed", "speed": 5.0}}, "full", "its carrier is shaken"),
+        ({"drive": None}, "slow", "a rotor without a drive turns as it does at the start"),
+        (
+            {"drive": {"kind": "constant-torque", "torque": 1.0}, "set": {"a.bearing_damping": 0.0}},
+            "full",
+            "nothing but a limit",
+        ),
+        ({"bodies": [*SMOOTH["bodies"], BALL | {"release": {"speed": 40.0}}]}, "full", "bodies are released on the way"),
+        (
+            {"drive": SERIES, "load": {"kind": "quadratic", "coefficient": 2e-4}},
+            "full",
+            "each must stop where a law changes (quadratic load on a, at standstill)",
+        ),
+    ],
+    ids=lambda x: x if isinstance(x, str) else "",
+)
+def test_why_members_are_run_up_one_by_one_is_said(changed: dict[str, Any], model: Any, why: str) -> None:
+    machine = machine_from({key: value for key, value in (SMOOTH | changed).items() if value is not None})
+    assert way_of(EnsembleQuestion(machine, model=model)).startswith(f"members are run up one by one, which is slower: {why}")
+
+
+@pytest.mark.parametrize("changed", [{}, {"drive": SERIES, "load": {"kind": "viscous", "coefficient": 0.02}}])
+def test_a_machine_of_smooth_laws_is_integrated_in_batches(changed: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A series motor too; but not without heyoka."""
+    question = EnsembleQuestion(machine_from(SMOOTH | changed))
+    assert way_of(question) == "members are integrated in batches"
+    monkeypatch.setattr(ensemble_run, "available_engine", lambda: "scipy")
+    assert way_of(question) == "members are integrated one by one, which is slower: the engine scipy has no batches"
+
+
+def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:
+    bodies = [
+        {"kind": "rotor", "name": n, "mass": 1.0, "unbalance": 0.02, "inertia": 0.01, "bearing_damping": 1e-4} for n in "ab"
+    ]
+    drives = [{"on": n, "kind": "linear", "slope": 1e-3, "no_load_speed": w} for n, w in (("a", 100.5), ("b", 101.0))]
+    carrier = {"mass": 8.0, "directions": "x", "stiffness": 3500.0, "damping": 20.0}
+    machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
+    starts = [{"a": 0.3}, {"a": 2.0}]
+    found = outcomes_of(EnsembleQuestion(machine, until=100.0, tolerance=1e-8), states(machine, starts), {})
+    assert (
+        labels(found) == [run_of(machine, s, "full", until=100.0).verdict.outcome.value for s in starts] == ["synchronised"] * 2
+    )
+
+
+def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:
+    machine = pendulums(1.0)
+    starts = states(machine, grid(2))
+    broken = starts.copy()
+    broken[machine.state_names.index("rotor.speed"), 2] = 1e300
+    question = EnsembleQuestion(machine, until=200.0)
+    good, found = outcomes_of(question, starts, {}), outcomes_of(question, broken, {})
+    assert labels(found)[2] == "failed" and [i for i, _ in found.failures] == [2]
+    rest = np.array([0, 1, 3])
+    assert same(replace(found, failures=()).taken(rest), good.taken(rest))
+
+
+def test_a_member_that_only_passes_by_a_motion_that_goes_on_is_not_taken_for_it() -> None:
+    # At u = 5.8 the survey finds starts that leave the modulated motion again: all of these compensate.
+    machine, starts = pendulums(5.8), [{"psi": psi, "delta": delta} for psi, delta in ((0.3, 0.5), (2.0, 1.5), (4.0, 2.5))]
+    found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
+    assert labels(found) == [run_of(machine, start, "full", settled=True).verdict.outcome.value for start in starts]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["full", "slow"])
+def test_the_peak_is_seen_from_the_start_on(model: str) -> None:
+    # With the speed of its resonance and the bodies ahead of the unbalance it begins with its largest amplitude, or soon after.
+    machine = load_machine("drozdetskaya-2020/r1-u80")
+    start = {"drum": {"speed": 102.4}, "p1": {"angle": 1.0, "speed": 102.4}, "p2": {"angle": 2.0, "speed": 102.4}}
+    found = outcomes_of(EnsembleQuestion(machine, model=model), states(machine, [start]), {})
+    assert found.peak_amplitude[0] == pytest.approx(run_of(machine, start, model, settled=True).observation.largest, rel=2e-3)
+
+
+def test_a_parameter_that_is_zero_in_the_machine_asked_about_may_be_varied() -> None:
+    machine, start, gravity = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, np.array([0.0, 200.0])
+    each = [machine.with_values({"carrier.gravity": g}) for g in gravity.tolist()]
+    begun = np.concatenate([states(one, [start]) for one in each], axis=1)
+    found = outcomes_of(EnsembleQuestion(machine, ("carrier.gravity",)), begun, {"carrier.gravity": gravity})
+    for i, one in enumerate(each):
+        alone = run_of(one, start, "full", settled=True)
+        assert labels(found)[i] == alone.verdict.outcome.value
+        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
+
+
+def test_averaged_equations_are_those_of_the_sense_in_which_a_member_is_driven() -> None:
+    machine, start = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}
+    path, speeds = "drive.no_load_speed", np.array([200.0, -150.0])
+    question = EnsembleQuestion(machine, (path,), model="slow", tolerance=1e-8)
+    found = outcomes_of(question, states(machine, [start] * 2), {path: speeds})
+    for i, speed in enumerate(speeds.tolist()):
+        alone = run_of(machine.with_values({path: speed}), start, settled=True)
+        assert labels(found)[i] == alone.verdict.outcome.value
+        assert found.settling_time[i] == pytest.approx(alone.verdict.settling_time, rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_start_far_above_the_free_speed_is_sampled_as_densely_as_it_asks() -> None:
+    machine = load_machine("drozdetskaya-2020/r1")
+    machine = machine.with_values({"p1.damping": 1e-3, "p2.damping": 1e-3})
+    start = {n: {"angle": a, "speed": 3000.0} for n, a in (("drum", 0.0), ("p1", 0.3), ("p2", -0.5))}
+    found = outcomes_of(EnsembleQuestion(machine), states(machine, [start]), {})
+    alone = run_of(machine, start, "full", settled=True)
+    assert labels(found) == [alone.verdict.outcome.value]
+    assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=5e-3)
+
+
+def test_a_rotor_that_still_rises_beyond_its_resonance_has_passed() -> None:
+    machine = load_machine("drozdetskaya-2020/table-3.1-carrier").with_values({"u": 3.0})
+    start = {"rotor": {"angle": 1.0}}
+    found = outcomes_of(EnsembleQuestion(machine, until=400 * math.pi), states(machine, [start]), {})
+    assert labels(found) == [run_of(machine, start, "full", until=400 * math.pi).verdict.outcome.value] == ["passed"]
+
+
+@pytest.mark.slow
+def test_motions_that_go_on_are_known_again_on_unequal_supports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there is no frame to turn with: the motion runs over a torus, of which a few run-ups show all."""
+    pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.169}
+    drum = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03}
+    machine = machine_from(
+        {
+            "carrier": {"stiffness": [1.00e5, 1.01e5], "damping": 200.0},
+            "bodies": [drum, *(pendulum | {"name": n} for n in ("p1", "p2"))],
+            "drive": {"on": "drum", "kind": "linear", "slope": 0.02, "no_load_speed": 200.0},
+        }
+    )
+    closer: list[int] = []
+    looked_at = ensemble_run.looked_at
+
+    def counted(question: EnsembleQuestion, starts: np.ndarray, *rest: Any) -> MemberOutcomes:
+        closer.append(starts.shape[1])
+        return looked_at(question, starts, *rest)
+
+    monkeypatch.setattr(ensemble_run, "looked_at", counted)
+    starts = grid(5)
+    found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
+    assert sum(closer) <= 2
+    assert set(labels(found)) == {"captured-modulated", "compensated"}
+    for i in (0, 7, 12, 23):
+        motion = run_of(machine, starts[i], "full", settled=True)
+        assert labels(found)[i] == motion.verdict.outcome.value
+        assert found.peak_amplitude[i] == pytest.approx(motion.observation.largest, rel=2e-2)

@@ -1,0 +1,36 @@
+"""The parameters that studies vary, of a machine and of one's own equations."""
+
+from __future__ import annotations
+
+import pytest
+
+from wucht.dynamics.parameters import ends_of, parameter_of, values_of, with_parameters
+from wucht.errors import InputError
+from wucht.files.catalogue import load_equations, load_machine
+
+MACHINE = load_machine("drozdetskaya-2020/table-5.1")
+OWN = load_equations("drozdetskaya-2020/figure-2.13")
+
+
+def test_the_ends_of_a_range() -> None:
+    """A support damps by at least 0; the parameters of one's own equations are any numbers."""
+    assert ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (0.0, 1.0)) == (0.0, 1.0)
+    assert ends_of(OWN, parameter_of(OWN, "mu"), (-1.0, 1.0)) == (-1.0, 1.0)
+    with pytest.raises(InputError, match="at least 0") as refused:
+        ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (-1.0, 1.0), "second_range")
+    assert refused.value.where == "study.second_range[0]"
+    with pytest.raises(InputError, match="low below high") as refused:
+        ends_of(OWN, parameter_of(OWN, "mu"), (1.0, -1.0))
+    assert refused.value.where == "study.range"
+
+
+def test_values_and_the_subject_with_them() -> None:
+    for subject, path in ((MACHINE, "sigma"), (OWN, "mu")):
+        (value,) = values_of(subject, parameter_of(subject, path), (0.3,))
+        assert with_parameters(subject, {path: value}).values == {**subject.values, path: 0.3}
+        with pytest.raises(InputError) as refused:
+            parameter_of(subject, "nu", "second")
+        assert refused.value.where == "study.second"
+    with pytest.raises(InputError, match="at least 0") as refused:
+        values_of(MACHINE, parameter_of(MACHINE, "sigma"), (0.3, -0.3))
+    assert refused.value.where == "study.values[1]"
