@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_up import placed_at_start, prepare
+from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import summary_of
+from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
