@@ -84,3 +84,18 @@ def test_order_of_the_error(name: str, order: int, inertia: bool) -> None:
     errors = [largest_error(given, k, start, until, inertia, order) for k in (0.25, 0.125)]
     # At these epsilons the next term of the expansion is below a tenth.
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
+def test_the_fluctuation_that_gravity_causes_brakes_in_the_second_order() -> None:
+    """J psi'' + k psi' = Re[W exp(i theta)] with W = U g, k the slope of the drive: in the mean it loses k |psi'|^2/2 = V w."""
+    j, k, u, g, w = 0.02, 0.3, 0.004, 9.81, 40.0
+    rotor = {"kind": "rotor", "name": "drum", "mass": 2.0, "unbalance": u, "inertia": j}
+    drive = {"on": "drum", "kind": "linear", "slope": k, "no_load_speed": w}
+    braked = []
+    for gravity in (g, 0.0):
+        stiff = {"stiffness": 1e12, "damping": 1.0, "gravity": gravity}
+        slow = averaged_machine(machine_from({"carrier": stiff, "bodies": [rotor], "drive": drive}), True, 2)
+        rate = Evaluator.of_rates(slow.system).array(np.zeros(1), np.array([[w]]), slow.values())[0, 0]
+        braked.append(j * rate)
+    amplitude = u * g / abs(complex(-j * w**2, k * w))
+    assert braked[0] - braked[1] == pytest.approx(-k * w * amplitude**2 / 2, rel=1e-5)

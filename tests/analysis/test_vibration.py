@@ -128,6 +128,14 @@ def test_of_two_maxima_the_upper_one():
     assert vibration.last_maximum(100.0, np.zeros(1)) == pytest.approx(math.sqrt(2e4 / 5), rel=0.01)
 
 
+def test_of_a_rotor_that_turns_clockwise_the_same():
+    """What its drive reaches is a negative speed: a resonance lies below it all the same."""
+    vibration = Vibration.of(si_machine())
+    below = vibration.last_maximum(300.0, np.zeros(1))
+    assert below == pytest.approx(math.sqrt(2e4 / 5), rel=0.01)
+    assert vibration.last_maximum(-300.0, np.zeros(1)) == below
+
+
 # --- the speed reached without vibration ---
 
 LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
