@@ -254,6 +254,14 @@ def test_a_frequency_that_depends_on_a_slow_state_is_refused_at_each_order(which
         strongly_damped(System((x, y), (epsilon * (1 - x), -y + sp.cos(x * TIME)), (epsilon,)), [y], epsilon, which)
 
 
+@pytest.mark.parametrize(("of_order", "follows"), [(1, 0), (2, 3 * epsilon * x)])
+def test_jumps_are_as_accurate_as_the_motion(of_order, follows):
+    """y' = x^2 - y + 5 epsilon x with x' = epsilon: y is x^2, and in the second order 5 epsilon x - 2 x x' more."""
+    system = System((x, y), (epsilon, x**2 - y + 5 * epsilon * x), (epsilon,), quadratures=(Output("Q", y, jump=3 * y),))
+    slow = strongly_damped(system, [y], epsilon, of_order).averaged.system
+    assert zero(slow.output("Q").jump - 3 * (x**2 + follows))
+
+
 def test_jumps_of_quadratures_know_definitions_and_damped_states():
     half, K = sp.Symbol("half", real=True), 2 + x
     given = System((x, y), (epsilon * (half - x * y), -K * y + x), (epsilon,), ((half, x / 2),),
