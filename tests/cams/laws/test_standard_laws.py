@@ -221,6 +221,13 @@ def test_where_a_derivative_jumps_it_is_that_of_what_begins(turns):
     assert -returning * arc**3 == pytest.approx(cubic(knots, 3, side="left"), rel=1e-12)
 
 
+def test_the_acceleration_jumps_most_where_the_shorter_arc_begins_and_ends():
+    """s = (1 - cos(pi x))/2 has s'' = pi^2/2 at its ends; 3-4-5 has none there."""
+    arcs = (0.5, 1.5), (2.0, 2.4)
+    assert RiseAndReturn(standard_law("harmonic"), -0.03, *arcs).jump == pytest.approx(0.03 * PI**2 / 2 / 0.4**2)
+    assert RiseAndReturn(standard_law("3-4-5"), -0.03, *arcs).jump == 0.0
+
+
 @pytest.mark.parametrize("rise", [(300, 400), (300, 40), (-60, 40), (660, 40 + 360)])
 def test_arcs_pass_through_a_turn(rise):
     """All of them are the arc from 300 deg through 0 to 40 deg; the return from 100 to 290 deg follows."""

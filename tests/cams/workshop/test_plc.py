@@ -34,6 +34,14 @@ def test_rows_of_linear_interpolation():
     assert 3_600_000 % rows == 0
 
 
+def test_as_many_rows_as_the_controller_takes_and_no_more():
+    """Both ends of the turn are rows: so many intervals have one row more."""
+    rows = len(cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR).phi)
+    assert len(cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR, most=rows).phi) == rows
+    with pytest.raises(InputError, match=f"{rows - 1} rows do not keep it"):
+        cam_table(LAW, Unit.DEGREE, 1e-5, LINEAR, most=rows - 1)
+
+
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_it_is_a_law_with_its_derivatives(order):
     """Differences of the table's own values, and the law's own derivatives."""
