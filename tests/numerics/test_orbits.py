@@ -239,6 +239,15 @@ def test_a_jump_on_the_way_is_refused(engine):
         periodic_orbit(compile_system(system, engine=engine), [], [0.5, 0.0], 4.0, [0, 0], free_period=False)
 
 
+def test_a_jump_in_time_is_refused_where_the_period_holds_it():
+    """x' = -x + h(t), h from 1 to 2 at t = 10. A period that begins at 11 does not see it: x = 2."""
+    compiled = compile_system(System((x,), (-x + PiecewiseCubic(TIME, step("h", 10.0, 1.0, 2.0)),)))
+    with pytest.raises(WuchtError, match="passes a jump of h"):
+        periodic_orbit(compiled, [], [1.5], 4.0, [0], free_period=False, time=8.0)
+    after = periodic_orbit(compiled, [], [1.5], 11.0, [0], free_period=False, time=11.0)
+    assert after.state == pytest.approx([2.0], abs=1e-10)
+
+
 def test_quadratures_and_outputs_are_left_out():
     work, place = Output("work", v**2), Output("place", 2 * x)
     system = System((x, v), (v, -x - a * v + sp.cos(TIME)), (a,), outputs=(place,), quadratures=(work,))

@@ -76,6 +76,16 @@ def test_the_envelope_of_a_growing_or_decaying_vibration_goes_on_as_high_as_its_
     assert np.abs(line / slow - 1).max() < 0.05 * 2 * step + (30 * 0.005) ** 2 / 8
 
 
+@pytest.mark.parametrize("turned", [1, -1])
+def test_the_envelope_of_a_vibration_that_becomes_slower_or_faster_goes_on_at_either_end(turned):
+    """At each end the window is that of the vibration there: at the slow one the valley that is cut is a long one."""
+    t = np.linspace(0, 10, 4001)
+    frequency, phase = 30 - 2.5 * t, 30 * t - 1.25 * t**2
+    swinging = np.abs(np.cos(phase - phase[-1] + np.pi / 2))[::turned]
+    line = envelope(t, swinging, np.pi / frequency[::turned])
+    assert line.min() > 0.99
+
+
 def test_the_envelope_of_a_smooth_line_is_the_line():
     """To its very end."""
     t = np.linspace(0, 10, 1001)

@@ -190,6 +190,17 @@ def test_one_that_runs_away_is_told_and_the_others_do_not_feel_it() -> None:
     assert np.array_equal(ends.record.total[:, others], clean.record.total[:, others])
 
 
+@needs_heyoka
+def test_one_that_runs_away_ends_where_it_was_sampled_last() -> None:
+    """x' = x^2: x = 1/(1/x(0) - t). Sampled each quarter: before 5.1 at 5, before 1.6 at 1.5, before 0.2 at the start alone."""
+    poles = np.array([5.1, 1.6, 0.2])
+    compiled = compile_ensemble(System((x,), (w * x**2,), (w,)), 1e-10)
+    ends = run_ensemble(compiled, Members.of(1 / poles[:, None], [1.0]), Watch(), Pace(1.0, 4, 10.0), 1)
+    assert ends.status.tolist() == [Status.FAILED] * 3
+    assert ends.times.tolist() == [5.0, 1.5, 0.0]
+    assert ends.states[:, 0] == pytest.approx(1 / (poles - ends.times), rel=1e-6)
+
+
 @pytest.mark.parametrize("engine", WAYS)
 def test_starts_and_parameters_that_cannot_be_computed_with(engine: str) -> None:
     system = System((x,), (-x / w,), (w,))

@@ -78,3 +78,12 @@ def test_a_window_is_chosen_around_all_fixed_points() -> None:
         assert window is not None
         assert window[0][0] < -math.sqrt(a) and window[1][0] > math.sqrt(a) and (window[0] < window[1]).all()
     assert window_around(System((X, Y), (X**2 + 1, -Y)), {}, nan, nan) is None
+
+
+def test_a_side_that_is_given_does_not_widen_the_other() -> None:
+    """All fixed points are at y = 0, so that nothing says how high the window is: it is that of a point alone."""
+    system = System((X, Y), (100 * X - X**3, -Y))
+    window = window_around(system, {}, np.array([-20.0, math.nan]), np.array([20.0, math.nan]))
+    alone = window_around(System((X, Y), (-X, -Y)), {}, np.full(2, math.nan), np.full(2, math.nan))
+    assert window is not None and alone is not None
+    assert (window[0].tolist(), window[1].tolist()) == ([-20.0, alone[0][1]], [20.0, alone[1][1]])
