@@ -44,6 +44,12 @@ def test_level_crossings():
     assert table(cycles_of_levels(levels, counts)) == {7: 1, 5: 1, 2: 1, 1: 2}
 
 
+@pytest.mark.parametrize(("signal", "counts"), [([-2.0, 2.0], [0, 1, 1]), ([2.0, -2.0], [1, 0, 0])])
+def test_at_the_reference_itself_rising_slopes_count(signal, counts):
+    """5.1.1: rising slopes at the reference and above, falling ones below it."""
+    assert level_crossings(np.array(signal), np.array([-1.0, 0.0, 1.0]), reference=0.0).tolist() == counts
+
+
 def test_rising_and_falling_slopes_cross_a_level_equally_often_or_once_more():
     levels = np.linspace(-3.25, 3.25, 27)
     rising, falling = level_crossings(FIGURE_2, levels), level_crossings(FIGURE_2, levels, reference=9.0)
