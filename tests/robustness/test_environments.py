@@ -145,6 +145,21 @@ def test_so_many_threads_as_have_room(kilobytes: int, given: str, expected: int,
     assert os.environ["OPENBLAS_NUM_THREADS"] == str(expected)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
+@pytest.mark.parametrize(("own", "general", "expected"), [("2", "5", "2"), ("abc", "5", "5"), ("5", "2", "5")])
+def test_of_two_settings_the_one_that_openblas_reads_first_counts(
+    own: str, general: str, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """OPENBLAS_NUM_THREADS before OMP_NUM_THREADS, which is for all programs; where there is room for all of them."""
+    import resource
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (10**10, 10**10))
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", own)
+    monkeypatch.setenv("OMP_NUM_THREADS", general)
+    surroundings.fit_address_space()
+    assert os.environ["OPENBLAS_NUM_THREADS"] == expected
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
 @pytest.mark.parametrize("name", ["drozdetskaya-2020/r1", "practice/laundry-drum", "orbit-branch.toml"])

@@ -51,6 +51,14 @@ def fill(folder: Path, numbers: range = range(3), question: dict[str, Any] = QUE
     return memory
 
 
+def test_in_which_order_a_question_has_its_keys_does_not_matter(tmp_path: Path) -> None:
+    question = {"study": "x", "range": {"low": 1.0, "high": 2.0}, "points": 3}
+    fill(tmp_path, question=question)
+    turned = {"points": 3, "range": {"high": 2.0, "low": 1.0}, "study": "x"}
+    assert kept(tmp_path, turned, 3) == [0, 1, 2]
+    assert kept(tmp_path, turned | {"points": 4}, 3) == []
+
+
 def test_what_was_flushed_survives_a_kill(tmp_path: Path) -> None:
     """What was cut off is computed again, whichever file it is."""
     fill(tmp_path)
