@@ -118,6 +118,15 @@ def test_where_there_is_none_it_says_why(
     draw(result)
 
 
+def test_runs_without_a_verdict_are_drawn_beyond_those_that_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At u = 3 half of the runs are counted and a fifth is open: as shares of all runs, from 0.5 to 0.7."""
+    result = asked(monkeypatch, fail=lambda share, u: share > 0.8 + 0 * u)
+    (band,) = [c for c in draw(result).axes[0].collections if c.get_label() == "no verdict"]
+    corners = band.get_paths()[0].vertices
+    middle = np.sort(np.unique(corners[corners[:, 0] == 3.0, 1]))
+    assert middle == pytest.approx([0.5, 0.7], abs=0.02)
+
+
 def test_runs_without_a_verdict_are_counted_neither_way(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fifth of them: the lower bound is as if none of these got through, the upper one as if all did."""
     failing: Region = lambda share, u: share > 0.8 + 0 * u  # noqa: E731

@@ -337,3 +337,17 @@ def test_rotors_that_may_be_entrained_show_their_phase(name, label):
     (reported,) = summary_of(result)["rotor_phases"].values()
     apart = np.degrees(reported) - float(panel.get_lines()[0].get_ydata()[-1])
     assert abs((apart + 180) % 360 - 180) < 2.0  # the ripple within a turn
+
+
+def test_limits_within_a_turn_are_drawn_where_they_hold() -> None:
+    """Each from the end of the span before to the end of its own, and no further."""
+    result = run(RunUp(until=0.5, start=START, stored_samples=40), load_machine("drozdetskaya-2020/r1-u80"))
+    (band,) = [c for c in draw(result).axes[0].collections if c.get_label() == "limits within a turn"]
+    (outline,) = band.get_paths()
+    low, high = result.least_speed.values, result.greatest_speed.values
+    ends = np.append(result.time.values[0], result.span_end.values)
+    little = 1e-3 * float(np.ptp(high))
+    assert np.abs(np.diff(high)).max() > 10 * little
+    for at, below, above in zip((ends[:-1] + ends[1:]) / 2, low, high, strict=True):
+        inside = outline.contains_points([(at, below - little), (at, (below + above) / 2), (at, above + little)])
+        assert inside.tolist() == [False, above - below > 1e-9, False]

@@ -116,6 +116,16 @@ def test_the_plane_of_two_parameters_is_a_panel_of_its_own() -> None:
     assert texts == ["folds, type II:\ntogether"]
 
 
+def test_special_points_of_the_plane_are_where_both_parameters_have_them() -> None:
+    """The cusp of x' = (a - 0.3) + (b - 0.6) x - x^3."""
+    x, a, b = sp.symbols("x a b", real=True)
+    own = OwnEquations(System((x,), (a - 0.3 + (b - 0.6) * x - x**3,), (a, b)), {"a": 0.3, "b": 0.9})
+    asked = {"along": "a", "range": [-1, 2], "ranges": {"x": [-2, 2]}, "second": "b", "second_range": [0, 2], "points": 1}
+    plane = draw(run(SpeedCurve(**asked), own)).axes[-1]
+    (cusp,) = [line for line in plane.lines if line.get_label() == "cusp"]
+    assert (cusp.get_xdata(), cusp.get_ydata()) == (pytest.approx([0.3], abs=1e-6), pytest.approx([0.6], abs=1e-6))
+
+
 def test_it_is_reported() -> None:
     lines = "\n".join(report(result()))
     assert "branch 1     type I: compensating" in lines and "stable at u from 0.5 to 1.8331 (0.6" in lines

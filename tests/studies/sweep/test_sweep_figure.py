@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -30,6 +31,18 @@ def test_a_sweep_shows_both_ways_and_its_jumps(swept: xr.Dataset) -> None:
     assert _labels(speed) == ["rising", "falling", "end of a branch", "no-load speed"]
     assert _labels(amplitude) == ["rising", "falling", "end of a branch"]
     assert len(speed.texts) == len(amplitude.texts) == 2  # an arrow a jump
+
+
+def test_an_arrow_leads_from_the_end_of_a_branch_to_where_the_machine_lands(swept: xr.Dataset) -> None:
+    speed, amplitude = draw(swept).axes
+    ends = {
+        speed: (swept.jump_from.values, swept.jump_to.values),
+        amplitude: (1e3 * swept.jump_from_amplitude.values, 1e3 * swept.jump_to_amplitude.values),  # mm
+    }
+    for axis, (before, after) in ends.items():
+        arrows = [(*arrow.xyann, *arrow.xy) for arrow in axis.texts]
+        at = swept.jump_value.values
+        assert np.array(arrows) == pytest.approx(np.column_stack([at, before, at, after]))
 
 
 def test_the_title_of_a_sweep_names_the_jumps(swept: xr.Dataset) -> None:
