@@ -7,6 +7,7 @@ import re
 from bisect import insort
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,9 @@ from wucht.machines.operation import free_speed, sense_of
 from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.averaged_equations import AveragedEquations
 from wucht.studies.entrainment.branches import Continuation
+from wucht.studies.entrainment.dataset import dataset
 from wucht.studies.entrainment.prepare import prepare
+from wucht.studies.entrainment.run import Findings
 from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, capture_band, values_to_run
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.entrainment.swept_parameter import swept_parameter
@@ -251,6 +254,18 @@ def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
     assert rates[0].any()
 
 
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_phase_to_the_vibration_counts_in_the_rotors_sense(sense: float) -> None:
+    """A rotor that is 0.7 rad ahead of the vibration, at any time: at +-(w t + 0.7)."""
+    machine, w = bild_2().with_values({"drive.no_load_speed": sense * 5.5}), 2 * math.pi
+    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": sense}, (-300.0, 300.0))
+    rotor, time, state = machine.rotor.coordinate, 1.3, np.zeros(len(machine.state_names))
+    state[[machine.row(rotor.position), machine.row(rotor.velocity)]] = sense * (w * time + 0.7), sense * w
+    found = averaged.wrapped(averaged.state_at(machine, time, state, w))
+    assert found[averaged.phase_rows["rotor"]] == pytest.approx(0.7, abs=1e-9)
+    assert found[~averaged.phases] == pytest.approx([w])
+
+
 # The study
 
 
@@ -339,3 +354,13 @@ def test_amplitudes_below_zero_are_refused() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
     with pytest.raises(InputError, match=r"study\.range\[0\]: given -3\.0; must be an amplitude from 0 on"):
         prepare(Entrainment.read({"along": "carrier.motion.amplitude", "range": [-3, 3]}), machine)
+
+
+@pytest.mark.parametrize("mean", [6.2, -6.2])
+def test_the_mean_speed_of_a_locked_motion_has_the_sign_of_the_run(mean: float) -> None:
+    """A motion has its speed in magnitude; it is told as the rotor turns."""
+    plan = prepare(Entrainment.read({}), bild_2())
+    own = RunFromStart(plan.swept.own, 1.0, 1.0, plan.initial, entrained=True, mean_speed=mean, window=(0.0, 1.0))
+    motion: Any = SimpleNamespace(value=plan.swept.own, phases=np.array([0.3]), speed=6.25, multiplier=0.5, stable=True)
+    found = summary_of(dataset(plan, Findings(own=own, runs=(own,), motions=(motion,))))
+    assert found["mean_speed"] == math.copysign(6.25, mean)

@@ -18,6 +18,7 @@ from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.entrainment import existence as existence_module
+from wucht.studies.entrainment.branches import Edge, StableRange
 from wucht.studies.entrainment.existence import Existence, existence, threshold
 from wucht.studies.entrainment.prepare import Plan, prepare
 from wucht.studies.entrainment.runs import RunFromStart
@@ -104,3 +105,27 @@ def test_of_several_amplitudes_the_least_counts(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(existence_module, "Continuation", Ranges)
     assert threshold(plan, found, Work()) == 2.0
     assert tried == pytest.approx([AMPLITUDE, 2 * AMPLITUDE])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_several_ranges_with_the_machine_in_them_the_widest_counts(turned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    widths = (0.1, 2.0, 0.5)[:: -1 if turned else 1]
+
+    class Ranges:
+        def __init__(self, _: Any) -> None:
+            pass
+
+        def branches(self, *_: Any) -> list[Any]:
+            return [
+                SimpleNamespace(values=np.array([5.0 - w, 5.0, 5.0 + w]), states=np.array([[0.1] * 3, [W] * 3])) for w in widths
+            ]
+
+        def stable_ranges(self, _: Any) -> list[StableRange]:
+            ends = [(Edge(5.0 - w, "fold"), Edge(5.0 + w, "fold")) for w in widths]
+            return [StableRange(k, low, high, np.arange(3)) for k, (low, high) in enumerate(ends)]
+
+    plan = plan_of(5.0)
+    monkeypatch.setattr(existence_module, "Continuation", Ranges)
+    band = existence(plan, not_entrained(plan), {"rotor": 1.0}, Work()).band
+    assert band is not None
+    assert (band.low.value, band.high.value) == (3.0, 7.0)
