@@ -124,6 +124,20 @@ SERIES = {
 SHAKEN = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}
 
 
+@pytest.mark.parametrize("model", ["full", "slow"])
+def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
+    """It turns clockwise, with its pendulums on the other side."""
+    found = []
+    for sense in (1, -1):
+        machine = load_machine("drozdetskaya-2020/r1-u80").with_values({"drive.no_load_speed": sense * 200.0})
+        starts = states(machine, [{"p1": sense * 0.3, "p2": -sense * 0.5}, {"p1": sense * 2.0, "p2": sense * 2.5}])
+        found.append(outcomes_of(EnsembleQuestion(machine, model=model, tolerance=1e-8), starts, {}))
+    forward, backward = found
+    assert labels(backward) == labels(forward) == ["compensated"] * 2
+    assert backward.settling_time == pytest.approx(forward.settling_time)
+    assert backward.peak_amplitude == pytest.approx(forward.peak_amplitude, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("changed", "model", "why"),
     [

@@ -5,7 +5,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from motions import END, FIXED, LONGER, ROTOR, W, beyond, growing, judged, just_over, machine, tenth
+from motions import END, FIXED, LONGER, ROTOR, W, beyond, growing, judged, just_over, machine, seen, tenth
+
+from wucht.studies.motion.swings import swing_of
 
 
 @cache
@@ -46,6 +48,17 @@ def test_the_same_swing_on_a_shaken_carrier_may_go_on():
     shape = swinging(falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0)))
     assert judged(braked(), shape, until=100.0, free=None).outcome == "stopped"
     assert judged(shaken(), shape, until=100.0, free=None).outcome == "unidentified"
+
+
+@pytest.mark.parametrize("turns", [0.0, 1.0])
+def test_the_same_swing_beside_a_rotor_that_turns_may_go_on(turns):
+    """What turns has energy to give, through the carrier."""
+    described = {"directions": "x", "mass": 6.0, "stiffness": 1e3, "damping": 10.0, "gravity": 9.81}
+    two = machine(described, [ROTOR, ROTOR | {"name": "e"}])
+    shape = swinging(falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0)))
+    watched = seen(two, 100.0, shape, lambda t: turns * W * t)
+    low, high = swing_of(two, watched).bounds
+    assert (low, high > 0.1) == (0.0, turns > 0)
 
 
 @pytest.mark.parametrize(("change", "outcome"), [(0.8e-2, "stopped"), (1.25e-2, "unidentified")])
