@@ -23,6 +23,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.integrate import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.conventions import summary_of
+from wucht.studies.coast_down import record as recording
 from wucht.studies.coast_down import run as module
 from wucht.studies.coast_down.prepare import prepare
 from wucht.studies.coast_down.spec import CoastDown
@@ -83,6 +84,18 @@ def test_long_runs_keep_few_rows() -> None:
     assert result.sizes["time"] <= 8000
     assert (np.diff(result.time) > 0).all()
     assert summary_of(result)["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
+
+
+def test_of_rows_that_become_one_the_extremes_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A heavy disc is faster below than above in each turn: however few rows are kept, each bounds all of its time."""
+    asked = CoastDown(until=8.0, start={"disc": {"speed": 60.0}})
+    every = run(asked, heavy_disc())
+    monkeypatch.setattr(recording, "MOST_ROWS", 40)
+    few = run(asked, heavy_disc())
+    assert few.sizes["time"] < every.sizes["time"] / 1.5
+    row = np.searchsorted(few.time.values, every.time.values - 1e-9)
+    assert (few.min_speed.values[row] <= every.min_speed.values + 1e-12).all()
+    assert (few.max_speed.values[row] >= every.max_speed.values - 1e-12).all()
 
 
 def test_coulomb_friction_stops_it() -> None:

@@ -14,7 +14,11 @@ import wucht
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.results.conventions import summary_of
-from wucht.studies.exciter_design.slow_beats import Rig
+from wucht.studies.exciter_design.dataset import dataset
+from wucht.studies.exciter_design.full_check import Checked
+from wucht.studies.exciter_design.prepare import prepare
+from wucht.studies.exciter_design.run import Findings
+from wucht.studies.exciter_design.slow_beats import Beat, Rig
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.study_file import run_file
 
@@ -174,3 +178,14 @@ def test_where_nothing_beats_it_says_so(machine: wucht.Machine) -> None:
     assert any("no candidate beats: 8 steady" in w for w in result.wucht.warnings)
     assert "verdict: no exciter was found that beats" in wucht.report(result)
     wucht.draw(result)
+
+
+def test_how_long_the_cycles_of_the_target_take(machine: wucht.Machine) -> None:
+    """A run of 50 s has 200 cycles, four a second."""
+    plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)
+    beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
+    counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
+    design = Checked(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
+    s = summary_of(dataset(plan, Findings(checked=(design,), complete=True)))
+    assert s["duration"] == pytest.approx(s["target"]["cycles"] / 4)
+    assert (s["beat"], s["cycles_per_beat"]) == (10.0, pytest.approx(40.0))

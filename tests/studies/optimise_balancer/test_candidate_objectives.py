@@ -12,7 +12,7 @@ from wucht.dynamics.verdicts.outcomes import THROUGH, Outcome
 from wucht.errors import InputError
 from wucht.results.conventions import summary_of
 from wucht.studies.optimise_balancer import candidates
-from wucht.studies.optimise_balancer.candidates import CAPTURE, PEAK, SETTLING, evaluated
+from wucht.studies.optimise_balancer.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluated
 from wucht.studies.optimise_balancer.prepare import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.optimise_balancer.standing_states import standing
@@ -89,6 +89,15 @@ def test_runs_that_are_captured_or_open(
     assert of.objectives[0, SETTLING] == pytest.approx(half, nan_ok=True)
     assert (of.objectives[0, CAPTURE], of.captured[0], of.undecided[0]) == (most, captured, undecided)
     assert np.isnan(of.objectives[0, PEAK]) == (F in outcomes)
+
+
+def test_the_residual_is_what_the_bodies_must_leave_of_the_largest_unbalance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an unbalance of up to 40 g m, of which both pendulums can take up 26."""
+    seen = MemberOutcomes(np.full(2, OUTCOMES.index(C)), np.ones(2), np.ones(2), np.full(2, 10.0))
+    monkeypatch.setattr(candidates, "outcomes_of", lambda *_: seen)
+    heavy = SPEC.model_copy(update={"unbalance": (30e-3, 40e-3)})
+    of = evaluated(prepare(heavy, FAST).as_it_is, "full", np.array([[0.05]]), lambda _share: None)
+    assert of.objectives[0, RESIDUAL] == pytest.approx(40e-3 - 2 * 0.125 * 0.104)
 
 
 def test_averaged_equations_see_too_high_a_peak_where_the_passage_is_fast() -> None:

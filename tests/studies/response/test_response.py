@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,9 +19,12 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of as summary
+from wucht.studies.response.maxima import Curve, found_maxima
 from wucht.studies.response.prepare import prepare
+from wucht.studies.response.run import run as answered
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
+from wucht.studies.work import Work
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
 LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
@@ -168,6 +173,24 @@ def test_without_damping() -> None:
     assert json.loads(result.attrs["warnings"]) == [command]
     for lag in result.lag.values:
         assert lag == pytest.approx(np.where(result.speed < K, 0.0, math.pi), abs=1e-8)
+
+
+@pytest.mark.parametrize("stable", [True, False])
+def test_an_infinite_amplitude_counts_where_bodies_are_stable(stable: bool) -> None:
+    """The resonance of a configuration in which no machine stays is no largest amplitude."""
+    plan = prepare(Response(), machine(damping=0.0))
+    *_, found = answered(plan, Work())
+
+    def everywhere(speeds: np.ndarray) -> np.ndarray:
+        return np.full(len(speeds), stable)
+
+    branch: Any = SimpleNamespace(labels=lambda speeds: np.full(len(speeds), "opposed"), stable=everywhere, overlapping=False)
+    steady: Any = SimpleNamespace(machine=plan.steady.machine, curves=plan.steady.curves, branches=(branch,))
+    only = replace(plan, steady=steady)
+    low = np.full(len(found.speeds), 1e-3)
+    maxima = found_maxima(only, found, [Curve(low, low, everywhere(found.speeds))])
+    assert [(m.value, m.stable) for m in maxima.amplitudes] == [(math.inf, stable)]
+    assert (maxima.largest is not None and math.isinf(maxima.largest.value)) is stable
 
 
 def test_undamped_in_one_direction() -> None:

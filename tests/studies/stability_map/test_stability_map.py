@@ -15,10 +15,12 @@ from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
+from wucht.studies.speed_curve.following import FollowedBranch
 from wucht.studies.stability_map.fold_crossings import crossing_pieces
 from wucht.studies.stability_map.map_words import numbered, state_label
 from wucht.studies.stability_map.plane_regions import kinds_of, regions, sides_of
 from wucht.studies.stability_map.spec import StabilityMap
+from wucht.studies.stability_map.state_rows import steady_row
 from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
@@ -183,6 +185,14 @@ def test_regions_of_a_circle_and_a_line() -> None:
     assert against == [(0.1, 0.5, "out")]
     sides = sides_of(found, kinds, *(np.array(c)[80:90] for c in circle))
     assert {frozenset(s) for s in sides} == {frozenset(("in", "out"))}
+
+
+def test_beyond_the_point_where_it_is_lost_a_state_is_not_stable() -> None:
+    """A branch that is stable up to a Hopf point at p = 1, beside one that is stable everywhere."""
+    u, everywhere = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 2.0]]), np.full((1, 3), -1.0 + 0j)
+    lost = FollowedBranch(u, np.array([[-1.0, 0.0, 1.0]], complex), ("", "hopf", ""), ("range", "range"))
+    row = steady_row(3.0, [lost, FollowedBranch(u, everywhere, ("", "", ""), ("range", "range"))], np.array([0.5, 1.5]))
+    assert row.stable == (("2 stable states",), ("one stable state",))
 
 
 def test_small_parts() -> None:
