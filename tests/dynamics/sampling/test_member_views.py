@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.sampling.ensemble_equations import Variants, equations_of
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
 from wucht.files.building import machine_from
-from wucht.studies.ensembles.ensemble_equations import Variants, equations_of
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
-from wucht.studies.initial_state import initial_state
 
 
 @pytest.mark.parametrize("sense", [1, -1])

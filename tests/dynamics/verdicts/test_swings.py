@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from motions import END, FIXED, LONGER, ROTOR, W, beyond, growing, judged, just_over, machine, seen, tenth
 
-from wucht.studies.motion.swings import swing_of
+from wucht.dynamics.verdicts.swings import swing_of
 
 
 @cache

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -24,7 +25,6 @@ from wucht.studies.response.prepare import prepare
 from wucht.studies.response.run import run as answered
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
-from wucht.studies.work import Work
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
 LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
