@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import sympy as sp
 
-from wucht import Machine, RunUp, parts, run
-from wucht.machines.parts.base import Drive, si
+from wucht import RunUp, parts
+from wucht.extending import Drive, Machine, run, si
 
 
 class QuadraticDrive(Drive):

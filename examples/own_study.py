@@ -11,16 +11,22 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from wucht.analysis.vibration import Vibration
-from wucht.dynamics.work import Work
-from wucht.errors import InputError
-from wucht.fields import si
-from wucht.machines.machine import Machine
-from wucht.results.conventions import answered, summary_of, variable
-from wucht.results.formatting import formats
-from wucht.results.sheet import legend_beside, new_figure
-from wucht.results.style import COLOURS, label
-from wucht.studies.spec import Spec
+from wucht.extending import (
+    COLOURS,
+    InputError,
+    Machine,
+    Spec,
+    Vibration,
+    Work,
+    answered,
+    formats,
+    label,
+    legend_beside,
+    new_figure,
+    si,
+    summary_of,
+    variable,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,31 +42,6 @@ class Poles(Spec):
     kind: ClassVar[str] = "poles"
 
     below: float | None = si("rad/s", "speed", default=None, gt=0)
-
-
-template = """
-title = "My rotor"
-
-[machine.carrier]
-stiffness = ["1e5 N/m", "2e5 N/m"]
-damping = "200 N s/m"
-
-[[machine.bodies]]
-kind = "rotor"
-name = "drum"
-mass = "9 kg"
-eccentricity = "1 mm"
-inertia = "0.03 kg m^2"
-
-[machine.drive]
-on = "drum"
-kind = "constant-speed"
-speed = "80 rad/s"
-
-[study]
-kind = "poles"
-# below = "500 rad/s"
-"""
 
 
 @dataclass(frozen=True)

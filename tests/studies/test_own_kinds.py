@@ -11,7 +11,7 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.models import Model, models
-from wucht.machines.parts import carriers
+from wucht.machines.parts import bodies, carriers
 from wucht.machines.parts.base import Body, Drive, Frame, Point, si
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
@@ -110,6 +110,13 @@ class OneOfOurOwn(Model):
     def energies(self, frame: Frame) -> Energies:
         """T = xi'^2/2 + phi'^2/2."""
         return Energies(kinetic=frame.centre.vx**2 / 2 + frame.speed("rotor") ** 2 / 2)
+
+
+def test_a_kind_of_a_part_that_is_taken_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Disc, "kind", "rotor")
+    with pytest.raises(InputError) as refusal:
+        bodies()
+    assert (refusal.value.given, "Disc" in str(refusal.value)) == ("rotor", True)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -1,15 +1,71 @@
-"""Studies of other packages: one that cannot be loaded is a line, and stands in no other's way."""
+"""Studies of one's own and of other packages: what is wrong with one is said before anything is computed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import doctest
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from wucht.errors import WuchtError
+import wucht.extending
+from wucht.errors import InputError, WuchtError
 from wucht.studies import registry
 from wucht.studies.registry import Study, studies
+
+STUDY = """
+from typing import ClassVar
+
+import xarray as xr
+
+from wucht.extending import Spec, answered, new_figure, si
+
+
+class Counting(Spec):
+    \"\"\"Count the bodies of a machine.\"\"\"
+
+    kind: ClassVar[str] = "{kind}"
+
+    most: float | None = si("s", "time", default=None, gt=0)
+
+
+def prepare(spec, machine):
+    print("prepared")
+    return machine
+
+
+def run(plan, work):
+    {run}
+
+
+def dataset(plan, findings):
+    return answered(xr.Dataset(), {{"bodies": findings}}, f"{{findings}} bodies")
+
+
+def figure(result):
+    return new_figure(1, result.attrs["title"], result.attrs["sentence"], 2.0)[0]
+
+
+def {report}(result):
+    return [result.attrs["sentence"]]
+"""
+COUNTS = "yield len(plan.bodies)"
+NOTHING = "yield from ()"
+
+
+@pytest.fixture
+def counting(here: Path) -> Iterator[Callable[..., tuple[str, ...]]]:
+    """Writes a study of one's own, in a module that no other test imports; it has no kind any more when the test is done."""
+    name = f"of_{here.name}".replace("-", "_")
+
+    def written(kind: str = "count", run: str = COUNTS, report: str = "report") -> tuple[str, ...]:
+        Path(f"{name}.py").write_text(STUDY.format(kind=kind, run=run, report=report), encoding="utf-8")
+        return ("--import", f"{name}.py", "--set", f"study.kind={kind}")
+
+    yield written
+    sys.modules[name].Counting.kind = ""
 
 
 def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,3 +79,49 @@ def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monk
     assert "run-up" in listed.out and "catalogue:" in listed.out
     with pytest.raises(WuchtError, match="cannot be loaded"):
         _ = broken.spec
+
+
+def test_a_study_of_ones_own_runs(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
+    done = wucht("run", "practice/laundry-drum", *counting())
+    assert (done.code, "7 bodies" in done.out) == (0, True)
+
+
+def test_a_misspelt_function_is_refused_before_anything_is_computed(
+    wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]
+) -> None:
+    done = wucht("run", "practice/laundry-drum", *counting(report="reprot"))
+    assert done.code != 0
+    assert "has no function 'report'" in done.err
+    assert "prepared" not in done.out
+
+
+def test_a_study_that_yields_nothing_is_refused(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
+    done = wucht("run", "practice/laundry-drum", *counting(run=NOTHING))
+    assert done.code != 0
+    assert "'run' must yield" in done.err
+
+
+def test_a_kind_that_is_taken_is_refused(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
+    done = wucht("run", "practice/laundry-drum", *counting(kind="run-up"))
+    assert done.code == 2
+    assert "given 'run-up'" in done.err and "wucht.studies.run_up" in done.err
+
+
+def test_what_has_no_template_has_one_of_its_keys(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
+    imported = counting()[:2]
+    assert wucht("new", "count", *imported).code == 0
+    text = Path("count.toml").read_text(encoding="utf-8")
+    assert "Count the bodies of a machine." in text
+    assert "# most = ...                     # time; in s; > 0" in text
+    assert "7 bodies" in wucht("run", "count.toml", *imported).out
+
+
+def test_two_packages_with_one_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = {"run-up": Study("run-up", "theirs")}
+    with pytest.raises(InputError, match="theirs"):
+        registry._add(known, Study("run-up", "ours"), "ours")
+    registry._add(known, Study("run-up", "theirs"), "theirs")
+
+
+def test_the_example_of_the_public_module() -> None:
+    assert doctest.testmod(wucht.extending).failed == 0

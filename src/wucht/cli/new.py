@@ -25,8 +25,6 @@ def new(
     if name not in known:
         raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known)}")
     template = studies()[name].template if name in studies() else (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
-    if template is None:
-        raise InputError("NAME", name, "this study has no template")
     target = file or Path(f"{Path(name).name}.toml")
     if _exists(target):
         raise InputError("FILE", str(target), "this file exists already; choose another name")

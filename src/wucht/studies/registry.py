@@ -1,7 +1,8 @@
-"""Studies are found, not registered: by the entry points ``wucht.studies``, and among the specs of modules that are loaded.
+"""Studies by kind: those of the entry points ``wucht.studies``, and those whose modules are imported.
 
-A study is a package with the modules ``spec``, ``prepare``, ``run``, ``dataset``, ``figure``, ``report``, each with a function
-of that name (``spec`` has the class), and ``template.toml``; or one module with all of these functions and a text ``template``.
+A study is one module with the class of its spec and the functions ``prepare``, ``run``, ``dataset``, ``figure``, ``report``;
+where that would be long, a package with modules of these names. A package may have a ``template.toml``, a module a text
+``template``; without either ``wucht new`` makes one of the keys of the spec.
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ from types import ModuleType
 from typing import Any
 
 from wucht.checking import choice
-from wucht.errors import WuchtError
+from wucht.errors import InputError, WuchtError
 from wucht.studies.spec import Spec
+from wucht.studies.templates import template_from_keys
 
 GROUP = "wucht.studies"
+_FUNCTIONS = ("prepare", "run", "dataset", "figure", "report")
 
 
 def _part(name: str, what: str) -> property:
@@ -77,6 +80,12 @@ class Study:
         except WuchtError:
             return False
 
+    def check(self) -> None:
+        """Raises ``WuchtError`` where a function of the study is missing, before anything is computed."""
+        for name in _FUNCTIONS:
+            if not callable(getattr(self, name)):
+                raise WuchtError(f"the study {self.kind!r} ({self.package}): {name} must be a function")
+
     prepare = _part("prepare", "(spec, subject) -> plan.")
     run = _part("run", "(plan, work) -> iterator of findings, each more complete than that before.")
     dataset = _part("dataset", "(plan, findings) -> Dataset.")
@@ -99,29 +108,38 @@ class Study:
     export = _part("export", "(Dataset, folder) -> lines of text, one for each file it wrote.")
 
     @property
-    def template(self) -> str | None:
-        """The commented study file to start from, if it has one."""
+    def template(self) -> str:
+        """The commented study file to start from: as it is written, or made of the keys of the spec."""
         whole = import_module(self.package)
-        if not hasattr(whole, "__path__"):
-            return getattr(whole, "template", None)
-        file = files(self.package).joinpath("template.toml")
-        return file.read_text(encoding="utf-8") if file.is_file() else None
+        if hasattr(whole, "__path__") and (file := files(self.package).joinpath("template.toml")).is_file():
+            return file.read_text(encoding="utf-8")
+        return str(getattr(whole, "template", None) or template_from_keys(self.spec))
 
 
 @cache
 def _installed() -> dict[str, Study]:
-    return {entry.name: Study(entry.name, entry.value) for entry in entry_points(group=GROUP)}
+    known: dict[str, Study] = {}
+    for entry in entry_points(group=GROUP):
+        _add(known, Study(entry.name, entry.value), entry.value)
+    return known
+
+
+def _add(known: dict[str, Study], study: Study, whose: str) -> None:
+    """Add a study to those known. Raises ``InputError`` where another one has its kind."""
+    if known.setdefault(study.kind, study) != study:
+        taken = f"not allowed: {known[study.kind].package} has a study of this kind; give yours another one"
+        raise InputError(f"kind of {whose}", study.kind, taken)
 
 
 def studies() -> dict[str, Study]:
-    """All studies by kind."""
+    """All studies by kind. Raises ``InputError`` where two have the same."""
     known = dict(_installed())
     pending = list(Spec.__subclasses__())
     while pending:
         cls = pending.pop()
         pending += cls.__subclasses__()
-        if cls.kind:
-            known.setdefault(cls.kind, Study(cls.kind, cls.__module__.removesuffix(".spec")))
+        if cls.kind and "kind" in vars(cls):
+            _add(known, Study(cls.kind, cls.__module__.removesuffix(".spec")), f"{cls.__module__}.{cls.__name__}")
     return dict(sorted(known.items()))
 
 

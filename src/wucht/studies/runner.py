@@ -122,6 +122,7 @@ def _answered(
 ) -> xr.Dataset:
     register()
     begun, study = clock.perf_counter(), study_of(spec.kind)
+    study.check()
     subject_is = subject_of(spec).describe(subject)
     if subject_is.dimensionless:
         spec.refuse_units()
@@ -157,7 +158,7 @@ def _answered(
             save(result(findings, False), new / RESULT)
 
     try:
-        findings, interrupted = _last(solve(plan, Work(memory, progress, cluster)), save_unfinished)
+        findings, interrupted = _last(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
         if interrupted:
             memory.flush()
             notes.append("interrupted: this is what was found until then; --resume continues from there")
@@ -176,7 +177,7 @@ def _answered(
     return final
 
 
-def _last(findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
+def _last(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
     """The most complete findings, and whether Ctrl-C was pressed after the first ones."""
     latest, saved, pause = None, clock.perf_counter(), _SAVE_EVERY_S
     try:
@@ -190,6 +191,10 @@ def _last(findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tu
         if latest is None:
             raise
         return latest, True
+    if latest is None:
+        raise WuchtError(
+            f"the study {study.kind!r} ({study.package}) has no result: its function 'run' must yield at least once"
+        )
     return latest, False
 
 

@@ -110,6 +110,31 @@ def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
             yield motion, second
 
 
+def run_to_end(machine: Machine, start: Mapping[str, Any], settings: RunSettings | None = None) -> Motion:
+    """Run a machine up with one model.
+
+    Parameters
+    ----------
+    machine : Machine
+    start : mapping
+        Angles and speeds as in ``[study] start`` of a file, in SI: ``{"p1": 0.3}``.
+    settings : RunSettings, optional
+        By default the full equations until the machine has settled.
+
+    Returns
+    -------
+    Motion
+        Its ``verdict`` has the outcome and the numbers behind it, its ``rows`` the states and outputs over time.
+
+    Raises
+    ------
+    InputError
+        Where the start does not fit the machine.
+    """
+    *_, (motion, *_) = run_up(RunUpCase.of(machine, start, settings or RunSettings()), Work())
+    return motion
+
+
 def _motions(
     case: RunUpCase, model: FullModel, events: tuple[Event, ...], at: np.ndarray | None, work: Work
 ) -> Iterator[Motion]:

@@ -17,7 +17,7 @@ from pkgutil import iter_modules
 from typing import Any, get_args
 
 from wucht.checking import models_in
-from wucht.errors import WuchtError, nearest
+from wucht.errors import InputError, WuchtError, nearest
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
@@ -48,8 +48,15 @@ def _kinds(family: Any) -> Iterator[type[Any]]:
 
 
 def known(family: Any) -> dict[str, type[Any]]:
-    """All kinds of a family by name."""
-    return dict(sorted(((cls.kind, cls) for cls in _kinds(family)), key=lambda pair: pair[0]))
+    """All kinds of a family by name. Raises ``InputError`` where two classes have the same."""
+    kinds: dict[str, type[Any]] = {}
+    for cls in _kinds(family):
+        other = kinds.setdefault(cls.kind, cls)
+        if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+            mine, theirs = sorted((cls, other), key=lambda c: c.__module__.startswith("wucht."))
+            taken = f"not allowed: {theirs.__module__} has a part of this kind; give yours another one"
+            raise InputError(f"kind of {mine.__module__}.{mine.__name__}", cls.kind, taken)
+    return dict(sorted(kinds.items()))
 
 
 def carriers() -> dict[str, type[Support]]:

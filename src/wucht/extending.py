@@ -1,0 +1,43 @@
+"""All that a study or a part of your own needs, from one place.
+
+A study is a class of ``Spec`` with a ``kind`` and the functions ``prepare(spec, machine) -> plan``,
+``run(plan, work) -> iterator of findings``, ``dataset(plan, findings) -> xarray.Dataset``, ``figure(dataset) -> Figure`` and
+``report(dataset) -> list of str`` in one module (``examples/own_study.py``); a part is a class of ``Body``, ``Drive``, ``Load``
+or another ``Part`` with its energies (``examples/own_part.py``). ``--import`` or an entry point makes them known.
+
+>>> from wucht.extending import RunSettings, load_machine, run_to_end
+>>> motion = run_to_end(load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, RunSettings(until=4.0))
+>>> motion.verdict.outcome.value
+'unidentified'
+"""
+
+from wucht.analysis.vibration import Vibration
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_to_end, run_up
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict
+from wucht.dynamics.work import Work
+from wucht.errors import InputError, RunError, WuchtError
+from wucht.fields import si
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.parts.attachment import Attachment
+from wucht.machines.parts.base import Body, Drive, Frame, Load, Part, Point
+from wucht.machines.parts.support import Support
+from wucht.mechanics.energies import Energies
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.results.conventions import answered, summary_of, variable
+from wucht.results.formatting import formats, in_lines
+from wucht.results.sheet import legend_below, legend_beside, new_figure, new_grid
+from wucht.results.style import COLOURS, label
+from wucht.studies.runner import draw, export, load, report, run
+from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
+
+__all__ = [
+    "COLOURS", "Attachment", "Body", "Drive", "Energies", "Engine", "Frame", "InputError", "Interval", "Load", "Machine",
+    "Motion", "Outcome", "Pair", "Part", "Path", "Point", "RunError", "RunSettings", "RunUpCase", "Spec", "Start", "Support",
+    "Tolerance", "Values", "Verdict", "Vibration", "Whole", "Work", "WuchtError", "answered", "compile_system", "draw",
+    "export", "formats", "in_lines", "integrate", "label", "legend_below", "legend_beside", "load", "load_machine",
+    "new_figure", "new_grid", "report", "run", "run_to_end", "run_up", "si", "summary_of", "variable",
+]  # fmt: skip
