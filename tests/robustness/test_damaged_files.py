@@ -76,7 +76,7 @@ def result(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return folder / "out" / "result.nc"
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [25, pytest.param(1000, marks=pytest.mark.slow)])
 def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> None:
     """What is read all the same is what was written: there are bytes that mean nothing."""
     from wucht.results.loading import load
@@ -95,7 +95,7 @@ def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> 
     assert tried(tmp_path, attempts)["sentence"] > count / 2
 
 
-@pytest.mark.parametrize("every", [61, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [151, pytest.param(1, marks=pytest.mark.slow)])
 def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     """Each is drawn, reported, exported, written as CSV and compared."""
     from wucht.results.loading import load

@@ -27,7 +27,7 @@ def in_a_shell(words: str, **environment: str) -> subprocess.CompletedProcess[by
     )
 
 
-@pytest.mark.parametrize("closed", [pytest.param(">&-", marks=pytest.mark.slow), "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("closed", [*(pytest.param(each, marks=pytest.mark.slow) for each in (">&-", "2>&-")), "<&- >&- 2>&-"])
 def test_closed_streams(study: Study, closed: str) -> None:
     """All is computed and written all the same, and nothing of the output gets into a file."""
     done = in_a_shell(f"wucht run {study(*SHORT)} -o out {closed}")
