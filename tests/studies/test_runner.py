@@ -140,6 +140,7 @@ def test_what_every_result_has(tmp_path: Path) -> None:
     assert json.loads(result.attrs["input"])["study"] == {"kind": "squares", "count": 3.0, "times": 1.0}
     assert summary_of(result) == {"sum": 14.0}
     assert load(tmp_path / "result.nc").equals(result)
+    assert ask(Squares(count=3), [1.0, 2.0, 3.0], folder=str(tmp_path), resume=True).equals(result)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["result.nc"], "units are forgotten once the study is finished"
 
 

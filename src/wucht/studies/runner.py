@@ -50,7 +50,7 @@ def run(
     spec: Spec,
     subject: Any,
     *,
-    folder: Path | None = None,
+    folder: Path | str | None = None,
     files: Sequence[str] = (RESULT,),
     resume: bool = False,
     progress: Report | None = None,
@@ -102,9 +102,10 @@ def run(
     if scheduler is not None and not spec.tiled:
         tiled = ", ".join(kind for kind, study in studies().items() if study.tiled)
         raise InputError("--scheduler", scheduler, f"{spec.kind} is computed by one process; studies with tiles are {tiled}")
-    with cluster_at(scheduler) as cluster, nullcontext() if folder is None else claimed(folder):
+    place = None if folder is None else Path(folder)
+    with cluster_at(scheduler) as cluster, nullcontext() if place is None else claimed(place):
         try:
-            return _answered(spec, subject, folder, files, resume, progress, document, cluster, write)
+            return _answered(spec, subject, place, files, resume, progress, document, cluster, write)
         except MemoryError as error:
             raise out_of_memory(error) from None
 

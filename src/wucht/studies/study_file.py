@@ -80,7 +80,7 @@ def run_file(
     name: str | Path,
     settings: Mapping[str, Any] | None = None,
     *,
-    folder: Path | None = None,
+    folder: Path | str | None = None,
     resume: bool = False,
     progress: Report | None = None,
     scheduler: str | None = None,
@@ -117,7 +117,7 @@ def compare(
     settings: Mapping[str, Any] | None = None,
     vary: Mapping[str, Sequence[Any]] | None = None,
     *,
-    folder: Path | None = None,
+    folder: Path | str | None = None,
     resume: bool = False,
     progress: Report | None = None,
 ) -> xr.Dataset:
