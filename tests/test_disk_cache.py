@@ -130,14 +130,14 @@ def test_a_flipped_bit_is_noticed(folder):
         damaged[k // 8] ^= 1 << k % 8
         file.write_bytes(damaged)
         with pytest.raises(ValueError):
-            disk_cache._read(file)
+            disk_cache.read_kept(file)
 
 
 def test_a_whole_file_of_another_type_or_another_name_is_derived_again(folder):
     derived(Question(x), 1.0)
     file = the_file(folder)
     whole = file.read_bytes()
-    disk_cache._write(file, pickle.dumps(None))
+    disk_cache.keep(file, pickle.dumps(None))
     assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
     derived(Question(x + 1), 1.0)
     (other,) = (p for p in file.parent.iterdir() if p != file)
@@ -166,11 +166,11 @@ def test_only_what_nobody_else_can_write_is_read(folder):
     file = the_file(folder)
     assert file.stat().st_mode & 0o777 == 0o600
     assert file.parent.stat().st_mode & 0o777 == 0o700
-    disk_cache._write(file, pickle.dumps(Evil()))
+    disk_cache.keep(file, pickle.dumps(Evil()))
     for mode in (0o620, 0o602, 0o666):
         file.chmod(mode)
         derived(Question(x), 1.0)
-        disk_cache._write(file, pickle.dumps(Evil()))
+        disk_cache.keep(file, pickle.dumps(Evil()))
     assert calls.count("unpickled") == 0
     assert len(calls) == 4
     for mode in (0o720, 0o702, 0o777):

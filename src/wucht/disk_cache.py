@@ -53,12 +53,12 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
             return function(*inputs)
         path = folder / f"{function.__module__}.{function.__name__}-{key}"
         with suppress(Exception):  # not there, or damaged: then pickle raises whatever it stumbles over
-            kept: _Result = pickle.loads(_read(path))
+            kept: _Result = pickle.loads(read_kept(path))
             if _returns(function, kept):
                 return kept
         result = function(*inputs)
         with suppress(OSError):  # no room, or no right to write there: another process derives it again
-            _write(path, _written(result, False))
+            keep(path, _written(result, False))
         return result
 
     return derived
@@ -76,7 +76,7 @@ def _digest(path: Path, content: bytes) -> bytes:
     return sha256(path.name.encode() + content).digest()
 
 
-def _read(path: Path) -> bytes:
+def read_kept(path: Path) -> bytes:
     """What was written into a file. Raises ``OSError`` or ``ValueError`` where it is not there, not private or damaged."""
     with os.fdopen(os.open(path, _READ), "rb") as file:
         if not _is_own(os.fstat(file.fileno())):
@@ -88,7 +88,7 @@ def _read(path: Path) -> bytes:
     return content
 
 
-def _write(path: Path, content: bytes) -> None:
+def keep(path: Path, content: bytes) -> None:
     """Beside its place, and moved there: never half there, and readable by the user alone."""
     beside = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}")
     try:
@@ -156,12 +156,17 @@ def _folder() -> Path:
     state = sha256(repr((sys.version, sympy.__version__, program_state())).encode()).hexdigest()[:16]
     folder = cache_folder() / f"derived-{state}"
     with suppress(OSError):
-        folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
+        make_folder(folder.parent)
+        make_folder(folder)
         os.utime(folder)
         for old in sorted(folder.parent.glob("derived-*"), key=lambda p: -p.stat().st_mtime)[_PROGRAMS:]:
             rmtree(old, ignore_errors=True)
     return folder
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder that only the user can read, unless it is there. Raises ``OSError``."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
 
 
 def program_state() -> str:

@@ -92,10 +92,26 @@ def test_what_is_kept_is_gathered_anew_where_it_is_damaged(here: Path, monkeypat
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(here / "cache"))
     monkeypatch.setattr("wucht.cli.completion_words.gathered", lambda: {"commands": {"walk": {}}, "values": {}, "names": {}})
     assert words("wucht w") == ["walk"]
-    (here / "cache/completion.json").write_text("{")
-    assert words("wucht w") == ["walk"]
+    kept = here / "cache/completion"
+    whole = kept.read_bytes()
+    for damaged in (b"", b"{", b"null", whole.replace(b"walk", b"wall")):
+        kept.write_bytes(damaged)
+        assert words("wucht w") == ["walk"]
     monkeypatch.setattr("wucht.cli.completion_words.gathered", lambda: {"commands": {"wait": {}}})
     assert words("wucht w") == ["walk"], "read, not gathered"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
+def test_what_is_kept_is_the_users_alone(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WUCHT_CACHE_DIR", str(here / "cache"))
+    monkeypatch.setattr("wucht.cli.completion_words.gathered", lambda: {"commands": {}})
+    before = os.umask(0o002)
+    try:
+        words("wucht ")
+    finally:
+        os.umask(before)
+    modes = [path.stat().st_mode & 0o777 for path in (here / "cache", here / "cache/completion")]
+    assert modes == [0o700, 0o600]
 
 
 SCRIPT = """\

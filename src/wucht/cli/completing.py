@@ -134,12 +134,12 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
 
 def _known() -> dict[str, Any]:
     """What the program knows; gathered where it is not kept yet."""
-    from wucht.disk_cache import cache_folder, program_state
+    from wucht.disk_cache import cache_folder, keep, make_folder, program_state, read_kept
 
-    file = cache_folder() / "completion.json"
+    file = cache_folder() / "completion"
     state = sha256(repr((program_state(), _installed())).encode()).hexdigest()
     with suppress(OSError, ValueError, KeyError):
-        kept = json.loads(file.read_text(encoding="utf-8"))
+        kept = json.loads(read_kept(file))
         if kept["state"] == state:
             known: dict[str, Any] = kept["known"]
             return known
@@ -147,10 +147,8 @@ def _known() -> dict[str, Any]:
 
     fresh = gathered()
     with suppress(OSError):  # no room, or no right to write there: it is gathered again
-        file.parent.mkdir(parents=True, exist_ok=True)
-        beside = file.with_suffix(f".{os.getpid()}")
-        beside.write_text(json.dumps({"state": state, "known": fresh}), encoding="utf-8")
-        beside.replace(file)
+        make_folder(file.parent)
+        keep(file, json.dumps({"state": state, "known": fresh}).encode())
     return fresh
 
 
