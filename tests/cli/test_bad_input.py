@@ -549,6 +549,13 @@ def test_new_overwrites_nothing(refused: Refused, wucht: Command, here: Path) ->
     refused("new", "run-up", says=("given 'run-up.toml'", "exists already"))
 
 
+def test_new_on_stdout(wucht: Command, here: Path) -> None:
+    assert wucht("new", "run-up", "mine.toml").code == 0
+    said = wucht("new", "run-up", "-")
+    assert (said.code, said.out, said.err) == (0, Path("mine.toml").read_text(encoding="utf-8"), "")
+    assert [p.name for p in here.iterdir()] == ["mine.toml"]
+
+
 def test_new_where_nothing_can_be_written(refused: Refused, here: Path) -> None:
     Path("file").write_text("")
     refused("new", "run-up", "file/mine.toml", says=("given 'file/mine.toml'", "written"))

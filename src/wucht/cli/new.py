@@ -14,7 +14,7 @@ from wucht.errors import InputError, nearest
 
 def new(
     name: Annotated[str, typer.Argument(help="A study (run-up) or a catalogue name to copy.")],
-    file: Annotated[Path | None, typer.Argument(help="The file to write; default NAME.toml here.")] = None,
+    file: Annotated[Path | None, typer.Argument(help="The file to write, - for stdout; default NAME.toml here.")] = None,
     import_: Imports = None,
 ) -> None:
     """Write a commented study file to start from."""
@@ -25,6 +25,9 @@ def new(
     if name not in known:
         raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known)}")
     template = studies()[name].template if name in studies() else (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+    if file == Path("-"):
+        typer.echo(template, nl=False)
+        return
     target = file or Path(f"{Path(name).name}.toml")
     if _exists(target):
         raise InputError("FILE", str(target), "this file exists already; choose another name")
