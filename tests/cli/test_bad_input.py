@@ -556,6 +556,10 @@ def test_new_on_stdout(wucht: Command, here: Path) -> None:
     assert [p.name for p in here.iterdir()] == ["mine.toml"]
 
 
+def test_control_characters_of_a_name_are_not_said(refused: Refused, here: Path) -> None:
+    refused("run", "a\nb\x1b[1m.toml", says=("a?b?[1m.toml: ",))
+
+
 def test_new_where_nothing_can_be_written(refused: Refused, here: Path) -> None:
     Path("file").write_text("")
     refused("new", "run-up", "file/mine.toml", says=("given 'file/mine.toml'", "written"))

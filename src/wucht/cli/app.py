@@ -14,6 +14,7 @@ import typer
 import wucht
 from wucht.cli.surroundings import check_environment, fit_address_space
 from wucht.errors import InputError, WuchtError
+from wucht.file_names import printable
 
 # Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
 _USAGE_ERROR = cast(type[Exception], typer.BadParameter.__base__)
@@ -120,5 +121,5 @@ def _say(sentence: str, code: int, **place: str) -> int:
         if "--json" in sys.argv[1:]:
             where = {name: place.get(name) or None for name in ("file", "key", "given", "allowed")}
             sys.stdout.write(json.dumps({"error": sentence} | where | {"exit_code": code}, indent=2, ensure_ascii=False) + "\n")
-        sys.stderr.write(f"wucht: {sentence}\n")
+        sys.stderr.write(f"wucht: {printable(sentence)}\n")
     return code

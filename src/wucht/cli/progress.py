@@ -8,6 +8,8 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from wucht.file_names import printable
+
 if TYPE_CHECKING:
     import rich.progress
 
@@ -19,7 +21,7 @@ class Progress:
     """Progress of one run. On a terminal a bar, elsewhere a single line; also of a run that has nothing to report yet."""
 
     def __init__(self, title: str) -> None:
-        self._title, self._begun, self._said = title, time.perf_counter(), False
+        self._title, self._begun, self._said = printable(title), time.perf_counter(), False
         self._bar: rich.progress.Progress | None = None
         self._one_at_a_time = threading.Lock()
         self._alarm = threading.Timer(_SILENCE_S, self._begin)
@@ -42,8 +44,10 @@ class Progress:
             return
         self._begin()
         if self._bar is not None:
+            from rich.markup import escape
+
             described = f"{self._title}: {what}" if what else self._title
-            self._bar.update(self._bar.task_ids[0], completed=share, description=described)
+            self._bar.update(self._bar.task_ids[0], completed=share, description=escape(described))
 
     def _begin(self) -> None:
         """Say once that something is under way."""
@@ -58,7 +62,8 @@ class Progress:
                 return
             import rich.progress as shown
             from rich.console import Console
+            from rich.markup import escape
 
             self._bar = shown.Progress(console=Console(stderr=True), transient=True)
-            self._bar.add_task(self._title, total=1.0)
+            self._bar.add_task(escape(self._title), total=1.0)
             self._bar.start()

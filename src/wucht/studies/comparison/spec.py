@@ -23,7 +23,7 @@ def _sources(given: Any) -> Any:
         raise ValueError('must be a list of study files, catalogue names and folders of results: of = ["A", "B"]')
     for name in given:
         if printable(name) != name:
-            raise InputError("study.of", name, "must be a name in UTF-8: it stands in the result")
+            raise InputError("study.of", name, "must be a name in UTF-8 without control characters: it stands in the result")
     return tuple(given)
 
 
