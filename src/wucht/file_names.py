@@ -20,5 +20,9 @@ def safe_name(text: str) -> str:
 
 def printable(name: str) -> str:
     """The name of a file in a text: bytes of it that are no UTF-8, and control characters, are replaced."""
-    text = name.encode("utf-8", "replace").decode("utf-8")
-    return "".join("?" if unicodedata.category(c) == "Cc" else c for c in text)
+    return "".join("?" if unicodedata.category(c) == "Cc" else c for c in in_utf8(name))
+
+
+def in_utf8(text: str) -> str:
+    """A text in which bytes of the name of a file that are no UTF-8 are replaced."""
+    return text.encode("utf-8", "replace").decode("utf-8")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from wucht.errors import InputError, RunError
+from wucht.file_names import in_utf8
 from wucht.results.integrity import sealed
 from wucht.results.page import made_for
 from wucht.results.sheet import page_of
@@ -98,15 +99,17 @@ def save_summary(document: Mapping[str, Any], path: Path) -> Path:
 
 
 def to_json(document: Any, indent: int | None = 2) -> str:
-    """JSON with SI floats; missing numbers (None, NaN, infinite) are null."""
+    """JSON with SI floats, to be written in UTF-8; missing numbers (None, NaN, infinite) are null."""
     return json.dumps(_clean(document), indent=indent, ensure_ascii=False)
 
 
 def _clean(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(k): _clean(v) for k, v in value.items()}
+        return {in_utf8(str(k)): _clean(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return [_clean(v) for v in value]
+    if isinstance(value, str):
+        return in_utf8(value)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
