@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 import subprocess
@@ -43,6 +44,7 @@ def test_an_error_that_nobody_hears(here: Path) -> None:
 def test_a_reader_that_leaves(here: Path) -> None:
     done = in_a_shell("wucht list | head -1")
     assert (done.returncode, done.stdout, done.stderr) == (0, b"carriers:\n", b"")
+    assert in_a_shell("wucht --help | true").returncode == 0
 
 
 @pytest.mark.parametrize("encoding", ["latin-1", "shift_jis", "euc_jp"])
@@ -73,13 +75,16 @@ def test_a_date_that_libraries_cannot_read(refused: Refused, study: Study, monke
     assert not Path("out").exists()
 
 
-def test_a_study_file_whose_name_is_no_text(study: Study) -> None:
-    """Neither is its title, which is made of the name."""
+def test_names_that_are_no_text(study: Study) -> None:
+    """Neither is the title, which is made of the name of the study file."""
     name = os.fsdecode(b"dr\xffum.toml")
     study('title = "A drum with two pendulums"\n', "", *SHORT, name=name)
-    done = in_a_shell(f"wucht run {shlex.quote(name)}")
+    out = os.fsdecode(b"\xffout")
+    done = in_a_shell(f"wucht run {shlex.quote(name)} -o {shlex.quote(out)}")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(b"dr?um\n")
+    assert {p.name for p in Path(out).iterdir()} == FILES
+    assert "?out/result.nc" in json.loads((Path(out) / "summary.json").read_text(encoding="utf-8"))["files"]
 
 
 ODD: dict[str, dict[str, str | None]] = {

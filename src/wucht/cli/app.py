@@ -107,6 +107,10 @@ def run_app() -> int:
         code = _say("interrupted", 130)
     except (_NobodyReadsError, BrokenPipeError):
         code = 0
+    except SystemExit as error:  # with which Typer ends where nobody reads its help on
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise
+        code = 0
     except OSError as error:  # files say themselves what is wrong with them: this is the output
         code = _say(f"the output cannot be written: {error.strerror or error}", 1)
     except _USAGE_ERROR as error:
