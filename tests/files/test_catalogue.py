@@ -223,9 +223,13 @@ def test_a_key_above_its_table(tmp_path: Path, line: str, says: str) -> None:
         ('"p1.mass" = -1', r"machine\.bodies\[1\] \(p1\)\.mass: given -1; must be a mass greater than 0 kg"),
     ],
 )
-def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, says):
+@pytest.mark.parametrize("titled", [True, False])
+def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, says, titled):
     """It may be set right in a file that uses that one; then nothing is said."""
-    Path("inner.toml").write_text(f'[machine]\nuse = "drozdetskaya-2020/r1"\nset = {{ {setting} }}\n')
+    machine = (FOLDER / "drozdetskaya-2020/r1.toml").read_text(encoding="utf-8")
+    lines = [line for line in machine.splitlines() if titled or not line.startswith("title")]
+    Path("used.toml").write_text("\n".join(lines), encoding="utf-8")
+    Path("inner.toml").write_text(f'[machine]\nuse = "used.toml"\nset = {{ {setting} }}\n')
     Path("middle.toml").write_text('[machine]\nuse = "inner.toml"\nset = { "p2.mass" = 0.126 }\n')
     Path("outer.toml").write_text('[machine]\nuse = "middle.toml"\n')
     with pytest.raises(InputError, match=rf"^outer\.toml: inner\.toml: {says}") as caught:

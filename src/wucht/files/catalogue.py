@@ -210,7 +210,7 @@ def _at_fault(
         fault = error
         for used, used_path in [] if error.file else _behind(document, path, key):
             try:
-                build(used, used_path, "", {})
+                build(used, used_path, str(used_path), {})
                 break
             except InputError as own:
                 if own.file or (own.key, own.shown) != (error.key, error.shown):
