@@ -163,4 +163,5 @@ def test_a_changed_result_is_refused_by_every_command(refused: Refused) -> None:
     result.assign({first: result[first] + 1.0}).to_netcdf("out/result.nc", engine="h5netcdf")
     sentence = f"out/result.nc: {first}: changed or damaged since it was written"
     for command in ("plot out", "export out --csv", "compare out study.toml", "run study.toml -o out --resume"):
-        refused(*command.split(), says=(sentence,))
+        said = refused(*command.split(), says=(sentence,))
+        assert "study.toml: " not in said, "which is not at fault"

@@ -34,9 +34,13 @@ def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
 def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
     """The finished result of the same question, if this file has it; and a note on one of another horizon.
 
-    Raises ``InputError`` where the file, or the units of work beside it, are those of another question.
+    Raises ``InputError`` where the file, or the units of work beside it, are those of another question, and where the file was
+    changed.
     """
-    folder, result = file.parent, load(file) if file.exists() else None
+    try:
+        folder, result = file.parent, load(file) if file.exists() else None
+    except InputError as error:
+        raise error.within("--resume", ": ") from None
     answered = None if result is None else untitled(json.loads(result.attrs["input"]))
     if result is not None and result.attrs["finished"] and answered == question:
         return result, []
