@@ -319,6 +319,7 @@ def test_the_scheduler_goes_away(marked: Path, tmp_path: Path) -> None:
     ("address", "says"),
     [
         ("localhost", "must be the address of a scheduler, such as tcp://host:8786"),
+        ("tls://127.0.0.1:1", "its protocol needs something of dask.distributed that is not installed or not set up here: "),
         ("tcp://127.0.0.1:1", "no scheduler answers there within 0.5 s"),
         *(
             (odd, f"must be the address of a scheduler, such as tcp://host:8786: {says}")

@@ -152,7 +152,10 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of versions, which are compared below
                 client = Client(address, timeout=_ANSWER_S, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:
+        except (ValueError, TypeError) as error:
+            needs = "its protocol needs something of dask.distributed that is not installed or not set up here"
+            raise InputError("--scheduler", address, f"{needs}: {error}") from None
+        except OSError as error:
             allowed = f"no scheduler answers there within {_ANSWER_S:g} s ({error}); `dask scheduler` starts one"
             raise InputError("--scheduler", address, allowed) from None
         try:
