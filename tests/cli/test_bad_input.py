@@ -333,8 +333,8 @@ NO_STUDY_FILES = {
     "a key twice": (b"title = 'a'\ntitle = 'b'\n", "no valid TOML", "line 2"),
     "nested arrays": (b"a = " + 5000 * b"[", "no valid TOML"),
     "nested tables": (b"a = " + 5000 * b"{a = ", "no valid TOML"),
-    "an endless number": (b"a = 1" + 6000 * b"0", "no valid TOML"),
-    "a key of many parts": (b"machine." + 3000 * b"a." + b"a = 1", "at most 40 tables"),
+    "an endless number": (b"\na = 1" + 6000 * b"0", "no valid TOML: a number of thousands of digits (at line 2)"),
+    "a key of many parts": (b"machine." + 3000 * b"a." + b"a = 1", "broken.toml: machine: at most 40 tables"),
     "tables of many parts": (b"[" + 3000 * b"a." + b"a]", "at most 40 tables"),
 }
 
@@ -453,10 +453,10 @@ SETTINGS = {
     "a part alone": ("p1=3", "p1", "given 3", "this is a part; set one of its keys as p1.KEY: about, damping, "),
     "a table of nothing": ("bogus={}", "machine.set.bogus", "given {}", "unknown parameter"),
     "a table of nothing in the study": ("study.bogus={}", "study.bogus", "given {}", "unknown key"),
-    "brackets": (f"drive.slope={20_000 * '['}", "--set", "at most 40 brackets are nested"),
+    "brackets": (f"drive.slope={20_000 * '['}", "--set drive.slope: given", "at most 40 brackets are nested"),
     "brackets and their ends": (f"drive.slope={20_000 * '['}{20_000 * ']'}", "--set", "at most 40 brackets are nested"),
     "tables": ("drive.slope=" + 20_000 * '{"a":', "--set", "at most 40 brackets are nested"),
-    "digits": (f"drive.slope=[{5000 * '1'}]", "--set", "a number of thousands of digits"),
+    "digits": (f"drive.slope=[{5000 * '1'}]", "--set drive.slope: given", "a number of thousands of digits"),
     "a key of many parts": (f"{10_000 * 'a.'}a=1", "--set", "at most 40 parts"),
     "a key of many parts in the study": (f"study.{10_000 * 'a.'}a=1", "--set", "at most 40 parts"),
     "beyond all numbers": ("study.until=1e300", "study.until", "a time of at most 1e+30 s"),
@@ -590,6 +590,7 @@ def test_plot_of_nothing(refused: Refused, here: Path) -> None:
     Path("folder").mkdir()
     refused("plot", "nowhere.nc", says=("nowhere.nc: ", "there is no such file"))
     refused("plot", "folder", says=("folder/result.nc: ", "there is no such file"))
+    refused("plot", os.devnull, says=(f"{os.devnull}: ", "this is no file"))
     refused("plot", "")
 
 

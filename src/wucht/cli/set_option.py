@@ -23,7 +23,8 @@ def parse_settings(given: list[str]) -> dict[str, Any]:
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
             raise InputError("--set", item, "must be KEY=VALUE, such as drive.slope=0.02")
-        settings[_path("--set", key)] = _value("--set", value.strip())
+        path = _path("--set", key)
+        settings[path] = _value(f"--set {path}", value.strip())
     return settings
 
 
@@ -37,7 +38,7 @@ def parse_lists(given: list[str]) -> dict[str, list[Any]]:
             raise InputError("--vary", item, "must be KEY=VALUE,VALUE,..., such as drive.slope=0.02,0.03")
         if (path := _path("--vary", key)) in lists:
             raise InputError("--vary", item, f"{path} is varied already; give all of its values at once")
-        lists[path] = [_value("--vary", text) for text in texts]
+        lists[path] = [_value(f"--vary {path}", text) for text in texts]
     return lists
 
 

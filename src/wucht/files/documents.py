@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import stat
 import tomllib
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from wucht.errors import InputError
 
 Document = dict[str, Any]
 DEEPEST = 40  # tables and lists within each other
+_LONG_NUMBER = re.compile(r"\d[\d_]{4000}")
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
 
 
@@ -53,12 +55,17 @@ def read_toml(path: Path) -> Document:
     text = read_text(path)
     try:
         document = tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError among others, such as integers of thousands of digits
+    except tomllib.TOMLDecodeError as error:
         raise InputError.of_file(path, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
+    except ValueError:  # Python refuses to read such integers
+        found = _LONG_NUMBER.search(text)
+        line = f" (at line {text.count(chr(10), 0, found.start()) + 1})" if found else ""
+        raise InputError.of_file(path, f"the file is no valid TOML: a number of thousands of digits{line}") from None
     except RecursionError:
         raise InputError.of_file(path, "the file is no valid TOML: it is nested too deeply") from None
-    if _is_deep(document):  # by keys of many parts
-        raise InputError.of_file(path, f"at most {DEEPEST} tables and lists may lie within each other")
+    for key, value in document.items():
+        if _is_deep({key: value}):  # by keys of many parts
+            raise InputError(key, None, f"at most {DEEPEST} tables and lists may lie within each other").in_file(path)
     return document
 
 

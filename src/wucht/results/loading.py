@@ -30,7 +30,7 @@ def load(path: Path) -> xr.Dataset:
     path = result_file(path)
     file = latest(path)
     if not file.is_file():
-        raise InputError.of_file(path, "there is no such file")
+        raise InputError.of_file(path, "this is no file" if path.exists() else "there is no such file")
     try:
         with h5py.File(file) as opened:  # where this fails, h5netcdf leaves a file half open, and says so on stderr
             opened.attrs.get("_nc3_strict")
