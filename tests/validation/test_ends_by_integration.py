@@ -14,13 +14,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from wucht.dynamics.branches.orbit_branches import StoredOrbit
+from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_document, names
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.orbit_branch.orbit_walk import KeptOrbit
 from wucht.studies.orbit_branch.prepare import Plan, prepare
-from wucht.studies.orbit_branch.run import Findings, run
+from wucht.studies.orbit_branch.run import run
 from wucht.studies.study_file import read_study
 
 pytestmark = pytest.mark.slow
@@ -33,17 +34,17 @@ FILES = [name for name in names() if load_document(name)[0].get("study", {}).get
 
 
 @cache
-def branches(name: str) -> tuple[Plan, Findings]:
+def branches(name: str) -> tuple[Plan, OrbitFindings]:
     study = read_study(name)
     plan = prepare(study.spec, study.subject)  # type: ignore[arg-type]
     *_, findings = run(plan, Work())
     return plan, findings
 
 
-def gap(plan: Plan, orbit: KeptOrbit, growth: float) -> float:
+def gap(plan: Plan, orbit: StoredOrbit, growth: float) -> float:
     """By how much the legs of an orbit miss the next place, in terms of the extents of its states. growth: the fastest rate."""
-    system = plan.subject.system
-    parameters = system.values({**plan.subject.values, plan.along.path: orbit.value})
+    system = plan.problem.system
+    parameters = system.values({**plan.problem.values, plan.along.path: orbit.value})
     compiled = compile_system(system, 1e-13)
     parts = [max(1, int(np.ceil((b - a) * orbit.period * growth))) for a, b in pairwise(orbit.edges)]
     inner = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(orbit.edges), parts, strict=True)]
@@ -56,15 +57,15 @@ def gap(plan: Plan, orbit: KeptOrbit, growth: float) -> float:
     return float((np.abs(np.array(ends) - places[1:]) / extents(orbit)).max())
 
 
-def extents(orbit: KeptOrbit) -> np.ndarray:
+def extents(orbit: StoredOrbit) -> np.ndarray:
     return np.maximum(np.ptp(orbit.states, axis=0), 1e-3)
 
 
-def distance(plan: Plan, orbit: KeptOrbit, equilibrium: np.ndarray) -> float:
+def distance(plan: Plan, orbit: StoredOrbit, equilibrium: np.ndarray) -> float:
     """From the nearest place of an orbit, angles but for whole turns."""
     tau = np.unique(np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(orbit.edges)]))
     away = orbit.mesh.at(orbit.states, tau) - equilibrium
-    away -= np.where(plan.subject.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
+    away -= np.where(plan.problem.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
     return float(np.linalg.norm(away / extents(orbit), axis=1).min())
 
 
@@ -87,8 +88,8 @@ def test_ends_are_those_of_orbits_that_integration_confirms(name: str) -> None:
         else:
             assert np.abs(rates).min() < 1e-6 * np.abs(rates).max()
             assert nearest / earlier == pytest.approx((before[-1].period / last.period) ** 2, rel=0.25)
-        system = plan.subject.system
-        parameters = system.values({**plan.subject.values, plan.along.path: end.parameter})
+        system = plan.problem.system
+        parameters = system.values({**plan.problem.values, plan.along.path: end.parameter})
         time = 0.1 / max(rates[-1], 1e-3 * np.abs(rates).max())
         there = integrate(compile_system(system, 1e-13), end.equilibrium, parameters, np.array([0.0, time])).states[:, -1]
         assert (np.abs(there - end.equilibrium) / extents(last)).max() < STAYS

@@ -23,6 +23,9 @@ from scipy.optimize import brentq, fsolve
 
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.sections import section_of
+from wucht.dynamics.branches.ending_curves import BOTH, RETURNS, TO_SADDLE, curves_between
+from wucht.dynamics.branches.ending_map import EndingMapCase
+from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.flow.compiled import compile_system
@@ -30,9 +33,8 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.recurrence import rests
 from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
-from wucht.studies.stability_map.ending_curves import BOTH, RETURNS, TO_SADDLE, curves_between
-from wucht.studies.stability_map.orbit_endings import OrbitEnding, ending_at
-from wucht.studies.stability_map.prepare import Plan, prepare
+from wucht.studies.stability_map.ending_plan import EndingPlan
+from wucht.studies.stability_map.prepare import prepare
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.studies.study_file import read_study
 
@@ -115,18 +117,18 @@ def test_the_point_where_they_meet_by_integration() -> None:
 
 
 @cache
-def _plan() -> Plan:
+def _case() -> EndingMapCase:
     study = read_study("drozdetskaya-2020/how-the-rotating-orbit-disappears")
     assert isinstance(study.spec, StabilityMap)
-    return prepare(study.spec, study.subject)
+    plan = prepare(study.spec, study.subject)
+    assert isinstance(plan, EndingPlan)
+    return plan.case
 
 
 def _ending(beta_r: float, sigma: float) -> OrbitEnding:
-    plan = _plan()
-    assert plan.motion is not None
-    assert plan.plane is not None
-    there = plan.motion.at({"beta_r": beta_r, "sigma": sigma}, "u")
-    return ending_at(there, "u", plan.plane.bounds[0], (beta_r, sigma), lambda: None)
+    case = _case()
+    there = case.motion.at({"beta_r": beta_r, "sigma": sigma}, "u")
+    return ending_at(there, "u", case.plane.bounds[0], (beta_r, sigma), lambda: None)
 
 
 @pytest.mark.slow
@@ -164,10 +166,8 @@ def test_saddle_connection_of_the_middle_region() -> None:
 @pytest.mark.slow
 def test_the_curves_from_two_places() -> None:
     """Boundary value problems alone: from the last orbit at one place to the point where the regions meet, and beyond."""
-    plan = _plan()
-    assert plan.motion is not None
-    assert plan.plane is not None
-    found = curves_between(plan.motion, plan.plane, _ending(1.0, 0.08), _ending(0.5, 0.08), lambda _: None)
+    case = _case()
+    found = curves_between(case.motion, case.plane, _ending(1.0, 0.08), _ending(0.5, 0.08), lambda _: None)
     (point,) = found.points
     assert (point.x, point.y, point.value) == pytest.approx(DOUBLE, rel=1e-6)
     assert found.lost == ()

@@ -19,9 +19,8 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.jacobian import Jacobian
 from wucht.results.conventions import summary_of
+from wucht.studies.branch_keys import RESERVED
 from wucht.studies.runner import report, run
-from wucht.studies.speed_curve.following import FollowedBranch, Stability
-from wucht.studies.speed_curve.prepare import RESERVED
 from wucht.studies.speed_curve.report import in_words
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
@@ -233,34 +232,6 @@ def test_stability_ends_at_the_branch_point_and_not_at_a_point_beside_it_that_is
 
 def test_kinds_in_words() -> None:
     assert in_words(["bogdanov-takens", "fold", "bogdanov-takens"]) == "2 Bogdanov-Takens points, one fold"
-
-
-def branch(growth: list[float], kinds: list[str], share: tuple[float, ...] = ()) -> FollowedBranch:
-    """Points at 0, 1, 2, ... with one exponent each, beside a fast one that decays."""
-    n = len(growth)
-    exponents = np.array([growth, [-1.0] * n], complex)
-    return FollowedBranch(np.array([[0.0] * n, np.arange(n)]), exponents, tuple(kinds), ("", ""), stable_share=share)
-
-
-def test_where_stability_changes_without_a_point_is_told() -> None:
-    located = branch([-0.1, 0.0, 0.1], ["", "fold", ""])
-    assert located.intervals(Stability.ALL) == [(0, 1)] and located.unlocated == []
-    missed = branch([-0.1, -0.1, 0.1, 0.1], [""] * 4)
-    assert missed.intervals(Stability.ALL) == [(0, 1)] and missed.unlocated == [(1, 2)]
-    unresolved = branch([-0.1, 0.0, 0.1], ["", "unresolved", ""])
-    assert unresolved.intervals(Stability.ALL) == [(0, 1)] and unresolved.unlocated == [(0, 2)]
-    neutral = branch([0.1, 0.0, 1e-12, -1e-12, -0.1], ["", "branch-point", "", "", ""])
-    assert neutral.intervals(Stability.ALL) == [(1, 4)] and neutral.unlocated == []
-    assert branch([-0.1, 1e-12, -0.1], [""] * 3).intervals(Stability.ALL) == [(0, 2)]
-    assert branch([0.0, 0.0], [""] * 2).intervals(Stability.ALL) == []
-
-
-def test_a_family_is_stable_where_all_of_its_members_are() -> None:
-    """Whatever the exponents of the one that stands for all."""
-    kinds = ["", "some-stable", "", "all-stable", ""]
-    family = branch([0.1, 0.1, -0.1, 0.1, -0.1], kinds, (0.0, 0.1, 0.5, 1.0, 1.0))
-    assert family.intervals(Stability.ALL) == [(3, 4)] and family.intervals(Stability.SOME) == [(1, 3)]
-    assert family.unlocated == []
 
 
 @pytest.mark.slow

@@ -15,12 +15,9 @@ from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.following import FollowedBranch
-from wucht.studies.stability_map.fold_crossings import crossing_pieces
-from wucht.studies.stability_map.map_words import numbered, state_label
-from wucht.studies.stability_map.plane_regions import kinds_of, regions, sides_of
+from wucht.studies.stability_map.map_parts import numbered
 from wucht.studies.stability_map.spec import StabilityMap
-from wucht.studies.stability_map.state_rows import steady_row
+from wucht.studies.stability_map.state_plan import state_label
 from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
@@ -172,36 +169,11 @@ def test_interrupted_maps_are_kept() -> None:
     draw(result)
 
 
-def test_regions_of_a_circle_and_a_line() -> None:
-    angle = np.linspace(0.0, 2 * np.pi, 200)
-    circle, line = (np.cos(angle), np.sin(angle)), (np.array([-2.0, 2.0]), np.array([0.0, 0.0]))
-    found = regions([circle, line], [(-2.0, 2.0), (-2.0, 2.0)])
-    assert found.count == 4
-    assert found.at(0.0, 0.5) != found.at(0.0, -0.5)
-    assert np.hypot(*found.inmost(found.at(0.0, 0.5))) < 0.7
-    kinds, against = kinds_of(found, [(0, 0.5, "in"), (0.3, 0.5, "in"), (0, 1.5, "out"), (0.1, 0.5, "out")])
-    assert kinds[found.at(0.0, 0.5)] == "in"
-    assert kinds[found.at(0.0, -1.5)] == ""
-    assert against == [(0.1, 0.5, "out")]
-    sides = sides_of(found, kinds, *(np.array(c)[80:90] for c in circle))
-    assert {frozenset(s) for s in sides} == {frozenset(("in", "out"))}
-
-
-def test_beyond_the_point_where_it_is_lost_a_state_is_not_stable() -> None:
-    """A branch that is stable up to a Hopf point at p = 1, beside one that is stable everywhere."""
-    u, everywhere = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 2.0]]), np.full((1, 3), -1.0 + 0j)
-    lost = FollowedBranch(u, np.array([[-1.0, 0.0, 1.0]], complex), ("", "hopf", ""), ("range", "range"))
-    row = steady_row(3.0, [lost, FollowedBranch(u, everywhere, ("", "", ""), ("range", "range"))], np.array([0.5, 1.5]))
-    assert row.stable == (("2 stable states",), ("one stable state",))
-
-
 def test_small_parts() -> None:
     assert numbered(["fold", "hopf", "fold"]) == ["fold", "hopf", "fold (2)"]
     assert state_label(["together"], 2, True) == "together, modulated motion stable"
     assert state_label([], 0, True) == "nothing else"
     assert state_label([], 0, False) == "no other steady state"
-    a, b = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]), np.array([[0.0, 2.0], [1.5, 1.4]])
-    assert crossing_pieces(a, b) == [(1, 0)]
 
 
 # Folds at p = -r (x = -2) and at p = r (x = 2): both coincide at (0, 0).

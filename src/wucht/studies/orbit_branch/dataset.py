@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.branches.orbit_branches import PeriodicBranch
+from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
+from wucht.dynamics.branches.single_orbits import ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
 from wucht.results.conventions import answered, variable
 from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
 from wucht.studies.orbit_branch.prepare import Plan
-from wucht.studies.orbit_branch.run import MOST_BRANCHES, Findings, OrbitBranchFound
-from wucht.studies.orbit_branch.single_orbits import ReportedOrbit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +25,7 @@ _ENDS = {
 }  # fmt: skip
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
     """The Dataset of a branch of orbits.
 
     Orbits of all branches, one after another (point): value of the parameter, period, period_phi (in the main rotor's angle,
@@ -44,12 +45,12 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     summary = _summary(plan, findings, ends)
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
-        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words, low=plan.bounds[0], high=plan.bounds[1],
-        shown=plan.subject.shown, rotor=int(plan.subject.rotor),
+        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words,
+        low=plan.case.bounds[0], high=plan.case.bounds[1], shown=plan.problem.shown, rotor=int(plan.problem.rotor),
     )  # fmt: skip
 
 
-def ends_of(branch: OrbitBranchFound) -> list[BranchEnd]:
+def ends_of(branch: PeriodicBranch) -> list[BranchEnd]:
     """Of a branch, that at its first orbit before that at its last."""
     return [part.end for part in branch.parts]
 
@@ -59,10 +60,10 @@ def _pairs(values: np.ndarray) -> list[list[float]]:
 
 
 def _orbit(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
-    by_phi = one.period / one.period_phi if plan.subject.rotor else None
+    by_phi = one.period / one.period_phi if plan.problem.rotor else None
     return {
         plan.along.path: one.value, "kind": one.kind or None, "branch": branch,
-        "period": one.period, "period_phi": one.period_phi if plan.subject.rotor else None,
+        "period": one.period, "period_phi": one.period_phi if plan.problem.rotor else None,
         "min_speed": one.low, "max_speed": one.high, "min_amplitude": one.least, "max_amplitude": one.largest,
         "exponents": _pairs(one.exponents),
         "exponents_phi": None if by_phi is None else _pairs(one.exponents * by_phi),
@@ -72,7 +73,7 @@ def _orbit(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
 
 def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
     node, connection = end.saddle_node, end.connection
-    names = plan.subject.system.state_names
+    names = plan.problem.system.state_names
     return {
         plan.along.path: end.parameter, "kind": end.kind, "branch": branch, "error": end.error, "period": end.period,
         "sentence": end.sentence,
@@ -88,13 +89,13 @@ def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _special(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
+def _special(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
     listed = []
     for k, branch in enumerate(findings.branches):
         values, periods = branch.joined("values"), branch.joined("periods")
         mean, low, high = (branch.joined(name) for name in ("mean", "low", "high"))
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
-            phi = float(periods[i] * abs(mean[i])) if plan.subject.rotor else None
+            phi = float(periods[i] * abs(mean[i])) if plan.problem.rotor else None
             listed.append({
                 "kind": branch.kinds[i], plan.along.path: float(values[i]), "branch": k, "period": float(periods[i]),
                 "period_phi": phi, "min_speed": float(low[i]), "max_speed": float(high[i]),
@@ -103,8 +104,8 @@ def _special(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
     return listed
 
 
-def _branches(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
-    listed, names = [], plan.subject.system.state_names
+def _branches(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
+    listed, names = [], plan.problem.system.state_names
     for branch in findings.branches:
         values, kinds = branch.joined("values"), np.array([bool(kind) for kind in branch.kinds])
         stretches = _stretches(branch.joined("stable") & ~kinds, kinds)
@@ -119,7 +120,7 @@ def _branches(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
     return listed
 
 
-def _limits(branch: OrbitBranchFound, values: np.ndarray, begin: int, end: int) -> list[float]:
+def _limits(branch: PeriodicBranch, values: np.ndarray, begin: int, end: int) -> list[float]:
     """Of a stretch of orbits, up to where the branch ends if its last orbit is one of them."""
     inside = [*values[begin:end].tolist()]
     if end == len(values):
@@ -136,29 +137,29 @@ def _stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]
     return [(i, j) for i, j in pairs if stable[i:j].any()]
 
 
-def _summary(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) -> dict[str, Any]:
+def _summary(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> dict[str, Any]:
     return {
         "sentence": _sentence(plan, findings, ends),
         "along": plan.along.path,
         "along_unit": plan.along.unit,
-        "range": list(plan.bounds),
+        "range": list(plan.case.bounds),
         "orbits": [_orbit(plan, k, one) for k, one in findings.reported],
         "special_points": _special(plan, findings),
         "ends": [_end(plan, k, end) for k, end in ends],
         "branches": _branches(plan, findings),
         "tried": [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried],
-        "inertia": plan.subject.inertia,
-        "section": plan.subject.embedding is not None,
+        "inertia": plan.problem.inertia,
+        "section": plan.problem.embedding is not None,
     }
 
 
-def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) -> str:
+def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> str:
     path = plan.along.called
     if not findings.branches:
         if not findings.complete:
             return "the study was interrupted before an orbit was found"
         found = "; ".join(t.sentence for t in findings.tried)
-        return f"no modulated motion was found: {found}" + (f"; {plan.without}" if plan.without else "")
+        return f"no modulated motion was found: {found}" + (f"; {plan.case.without}" if plan.case.without else "")
     values = findings.branches[0].joined("values")
     own = sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
     low, high = min(values.min(), own[0].parameter), max(values.max(), own[-1].parameter)
@@ -167,21 +168,21 @@ def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]])
     how = "it is closed" if own[0].kind == CLOSED else how
     stretches = _branches(plan, findings)[0]["stable"]
     stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
-    within = " within their section" if plan.subject.embedding is not None else ""
+    within = " within their section" if plan.problem.embedding is not None else ""
     where = f"stable{within} from {stable}" if stable else "nowhere stable"
     others = len(findings.branches) - 1
     more = "" if not others else f"; {'one more branch' if others == 1 else f'{others} more branches'}"
-    of = "modulated motions" if plan.subject.rotor else "periodic orbits"
+    of = "modulated motions" if plan.problem.rotor else "periodic orbits"
     return f"{of} at {path} from {low:.7g} to {high:.7g}, {where}; {how}{more}"
 
 
-def _warnings(plan: Plan, findings: Findings) -> list[str]:
+def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
     """What is left out, doubtful, or not yet done."""
-    lines = [*plan.subject.warnings, *findings.lost[:_MOST_LOST]]
+    lines = [*plan.problem.warnings, *findings.lost[:_MOST_LOST]]
     if len(findings.lost) > _MOST_LOST:
         lines.append(f"so are {len(findings.lost) - _MOST_LOST} more")
-    if plan.without and findings.branches and not plan.without.startswith("equilibria"):
-        lines.append(plan.without)
+    if plan.case.without and findings.branches and not plan.case.without.startswith("equilibria"):
+        lines.append(plan.case.without)
     known = [(b.joined("product_error"), b.joined("trusted")) for b in findings.branches]
     wrong = np.concatenate([np.empty(0), *(error[trusted] for error, trusted in known)])
     if (wrong > _PRODUCT).any():
@@ -191,7 +192,7 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
-    given = plan.values if plan.values is not None else ()
+    given = plan.case.values if plan.case.values is not None else ()
     missing = [v for v in given if not any(one.value == v for _, one in findings.reported)]
     if findings.complete and findings.branches and missing:
         lines.append(f"there is no orbit of a known branch at {plan.along.path} = {', '.join(f'{v:.6g}' for v in missing)}")

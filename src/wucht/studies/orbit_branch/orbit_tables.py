@@ -7,28 +7,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wucht.dynamics.branches.orbit_branches import PeriodicBranch
+from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.numerics.periodic.branch_ends import BranchEnd
 from wucht.results.conventions import Variable, variable
+from wucht.studies.branch_variables import joined, of_steady_branches
 from wucht.studies.orbit_branch.prepare import Plan
-from wucht.studies.orbit_branch.run import Findings, OrbitBranchFound
-from wucht.studies.speed_curve.curve_variables import joined, of_followed
 
 _ANGLE = "angle of the main rotor"
 
 
 def rate_unit(plan: Plan) -> str:
     """Of exponents."""
-    return f"1/{plan.subject.time}" if plan.subject.time else ""
+    return f"1/{plan.problem.time}" if plan.problem.time else ""
 
 
 def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
     """Periods in the main rotor's angle (N,); not numbers of a system."""
-    return np.asarray(periods * np.abs(mean) if plan.subject.rotor else np.full(len(periods), math.nan))
+    return np.asarray(periods * np.abs(mean) if plan.problem.rotor else np.full(len(periods), math.nan))
 
 
-def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Variable]:
+def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> dict[str, Variable]:
     """All orbits of all branches."""
-    s, n = plan.subject, len(plan.subject.system.states)
+    s, n = plan.problem, len(plan.problem.system.states)
     values, periods, mean, low, high, least, largest = (
         joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
     )
@@ -56,9 +57,9 @@ def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Var
     }
 
 
-def of_reported(plan: Plan, findings: Findings) -> dict[str, Variable]:
+def of_reported(plan: Plan, findings: OrbitFindings) -> dict[str, Variable]:
     """The orbits that are reported, and how they run."""
-    s, n = plan.subject, len(plan.subject.system.states)
+    s, n = plan.problem, len(plan.problem.system.states)
     orbits = [one for _, one in findings.reported]
     exponents, rate = joined([o.exponents[:, None] for o in orbits], n - 1), rate_unit(plan)
     shape = (len(orbits), len(orbits[0].shown) if orbits else 0)
@@ -86,10 +87,13 @@ def of_reported(plan: Plan, findings: Findings) -> dict[str, Variable]:
 
 def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Variable]:
     """How the branches end."""
-    s = plan.subject
+    s = plan.problem
     laws = [(e.saddle_node, e.connection) for _, e in ends]
     residuals = [[math.nan if law is None else law.residual for law in pair] for pair in laws]
-    seen = [s.seen(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan) for _, e in ends]
+    seen = [
+        s.observables(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan)
+        for _, e in ends
+    ]
     shown = np.array(seen).reshape(len(ends), 2)
     return {
         "end_value": variable("end", [e.parameter for _, e in ends], plan.along.words, plan.along.unit),
@@ -104,8 +108,8 @@ def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Vari
     }
 
 
-def of_steady(plan: Plan, findings: Findings) -> dict[str, Variable]:
+def of_steady(plan: Plan, findings: OrbitFindings) -> dict[str, Variable]:
     """The branches of steady states beside those of orbits."""
-    s, steady = plan.subject, findings.steady
-    seen = [] if plan.curve is None else [plan.curve.curves[0][1].shown(b.u) for b in steady]
-    return of_followed("steady", "steady_", steady, seen, plan.along, (s.shown, s.unit, s.length))
+    s, steady = plan.problem, findings.steady
+    seen = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]
+    return of_steady_branches("steady", "steady_", steady, seen, plan.along, (s.shown, s.unit, s.length))

@@ -6,10 +6,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
+from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.errors import InputError
 from wucht.fields import si
+from wucht.studies.branch_keys import Ranges
 from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
-from wucht.studies.speed_curve.spec import Ranges
 
 
 def _one_or_more(given: Any) -> Any:
@@ -49,6 +50,12 @@ class OrbitBranch(Spec):
     show: Annotated[str | None, Field(description="state that is drawn")] = None
     ranges: Ranges | None = None
     inertia: Inertia | None = None
+
+    @property
+    def settings(self) -> OrbitSettings:
+        """Which orbits are searched and followed."""
+        keys = ("start", "until", "longest", "switch", "together", "show", "ranges", "inertia")
+        return OrbitSettings(**{key: getattr(self, key) for key in keys})
 
     def check(self) -> None:
         """Lists that are given have something in them."""

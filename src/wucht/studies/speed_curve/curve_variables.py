@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import NEUTRAL
-from wucht.fields import Parameter
+from wucht.dynamics.branches.bifurcation_diagram import BranchFindings
+from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch
+from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.conventions import Variable, variable
-from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, FollowedBranch
+from wucht.studies.branch_variables import joined, of_steady_branches
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import label_of
-from wucht.studies.speed_curve.run import Findings
-from wucht.studies.speed_curve.second_parameter import FollowedCurve
-from wucht.studies.speed_curve.steady_states import Shown
 
 _ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches
 
@@ -36,13 +35,13 @@ class Special:
     second: float | None
 
 
-def specials(plan: Plan, findings: Findings) -> list[Special]:
+def specials(plan: Plan, findings: BranchFindings) -> list[Special]:
     """All special points; one on two branches once."""
     found: list[Special] = []
-    curves = dict(plan.curves)
+    curves = dict(plan.case.curves)
     for k, branch in enumerate(findings.branches):
         states = curves[branch.second]
-        width, shown = states.equilibria.equations.scale[-1], states.shown(branch.u)
+        width, shown = states.equilibria.equations.scale[-1], states.ordinates(branch.u)
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
             u, kind = branch.u[:, i], branch.kinds[i]
             beside = [
@@ -63,22 +62,16 @@ def _frequency(exponents: np.ndarray) -> float:
     return float(pairs[np.abs(pairs.real).argmin()].imag)
 
 
-def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
-    """Arrays (N,) or (rows, N) of all branches, one after another."""
-    empty = np.empty(0) if rows is None else np.empty((rows, 0))
-    return np.concatenate([empty, *parts], axis=-1)
-
-
-def of_points(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Variable]:
+def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> dict[str, Variable]:
     """The points of all branches."""
-    states, curves = plan.curves[0][1], dict(plan.curves)
+    states, curves = plan.case.states, dict(plan.case.curves)
     words, n = states.words, len(states.names)
-    seen = [curves[b.second].shown(b.u) for b in branches]
+    seen = [curves[b.second].ordinates(b.u) for b in branches]
     exponents = joined([b.exponents for b in branches], n)
     growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
-    return of_followed("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)) | {
+    return of_steady_branches("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)) | {
         "unstable": variable("point", joined(growing).astype(int), "how many disturbances grow"),
         "stable_share": variable("point", joined(shares), "share of a family's members that are stable"),
         "at_special": variable("point", joined(at_special).astype(np.int8), "a special point"),
@@ -88,27 +81,7 @@ def of_points(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Varia
     }
 
 
-def of_followed(
-    dimension: str, before: str, branches: Sequence[FollowedBranch], seen: Sequence[Shown], along: Parameter,
-    words: tuple[str, str, str],
-) -> dict[str, Variable]:  # fmt: skip
-    """What is told of branches of steady states wherever they are drawn.
-
-    before: what the names of variables begin with. seen: what is drawn, of each branch. words: what that is, its unit, and the
-    unit of the amplitude.
-    """
-    shown, unit, length = words
-    numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
-    return {
-        f"{before}value": variable(dimension, joined([b.values for b in branches]), along.words, along.unit),
-        f"{before}speed": variable(dimension, joined([s.speed for s in seen]), shown, unit),
-        f"{before}amplitude": variable(dimension, joined([s.amplitude for s in seen]), "amplitude of the axis", length),
-        f"{before}stable": variable(dimension, joined([b.stable for b in branches]).astype(np.int8), "stable"),
-        f"{before}branch": variable(dimension, numbers.astype(int), "branch"),
-    }
-
-
-def of_branches(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Variable]:
+def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> dict[str, Variable]:
     """What is known of each branch."""
     kinds = [b.kind for b in branches]
     what, unit = ("second parameter", "") if plan.second is None else (plan.second.words, plan.second.unit)
@@ -125,7 +98,7 @@ def of_branches(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Var
 
 def of_specials(plan: Plan, found: Sequence[Special]) -> dict[str, Variable]:
     """The special points."""
-    states, words = plan.curves[0][1], plan.curves[0][1].words
+    states, words = plan.case.states, plan.case.states.words
     table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
     frequency = [math.nan if s.frequency is None else s.frequency for s in found]
     return {
@@ -147,7 +120,7 @@ def _frequencies(rate: str) -> str:
 
 def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
     """The states at the subject's own value."""
-    words = plan.curves[0][1].words
+    words = plan.case.states.words
     return {
         "own_speed": variable("own", [s["speed"] for s in own], words.shown, words.unit),
         "own_amplitude": variable("own", [s["amplitude"] for s in own], "amplitude of the axis", words.length),
@@ -162,12 +135,12 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def of_curves(plan: Plan, curves: Sequence[FollowedCurve]) -> dict[str, Variable]:
+def of_curves(plan: Plan, curves: Sequence[BifurcationCurve]) -> dict[str, Variable]:
     """The curves of folds and Hopf points in two parameters."""
     assert plan.second is not None
-    states, words = plan.curves[0][1], plan.curves[0][1].words
+    states, words = plan.case.states, plan.case.states.words
     numbers = np.repeat(np.arange(len(curves)), [c.u.shape[1] for c in curves])
-    speeds = [states.shown(c.u[:-1]).speed for c in curves] if plan.plane is not None else []
+    speeds = [states.ordinates(c.u[:-1]).speed for c in curves] if plan.case.plane is not None else []
     kinds = [kind for c in curves for kind in c.kinds]
     return {
         "curve_value": variable("curve_point", joined([c.u[-2] for c in curves]), plan.along.words, plan.along.unit),

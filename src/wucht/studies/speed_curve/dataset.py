@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 
+from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, SearchedValue
+from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, Stability
+from wucht.dynamics.branches.family_curve import LOOKED_AT
+from wucht.dynamics.branches.steady_states import SteadyStates
+from wucht.dynamics.branches.steady_states import in_words as speeds_in_words
 from wucht.results.conventions import answered, variable
 from wucht.studies.speed_curve.curve_variables import Special, of_branches, of_curves, of_own, of_points, of_specials, specials
-from wucht.studies.speed_curve.family_curve import LOOKED_AT
-from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, Stability
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import counted, in_words, label_of
-from wucht.studies.speed_curve.run import Findings, SearchedAt
-from wucht.studies.speed_curve.steady_states import SteadyStates
-from wucht.studies.speed_curve.steady_states import in_words as speeds_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +25,7 @@ _MOST_LOST = 3  # sentences on what could not be followed
 _AT_ZERO = 1e-9  # of the range: a value so near to zero is zero
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
     """The Dataset of a speed curve.
 
     Points of all branches, one after another (point): value of the parameter, speed of the main rotor with its sign (or the
@@ -42,10 +42,10 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    found, states = specials(plan, findings), plan.curves[0][1]
+    found, states = specials(plan, findings), plan.case.states
     data = of_points(plan, findings.branches) | of_branches(plan, findings.branches) | of_specials(plan, found)
     own = _own(plan, findings)
-    data |= of_own(plan, own) | (of_curves(plan, findings.curves) if plan.plane is not None else {})
+    data |= of_own(plan, own) | (of_curves(plan, findings.curves) if plan.case.plane is not None else {})
     data["searched_value"] = variable("search", [s.value for s in findings.searched], plan.along.words, plan.along.unit)
     data["searched_states"] = variable("search", np.array([s.states for s in findings.searched], int), "states found there")
     coordinates = {"state_name": variable("state", list(states.names), "state of the equations")}
@@ -66,11 +66,11 @@ def _symbol(path: str) -> str:
     return f"${sp.latex(sp.Symbol(path))}$" if path.isidentifier() else path
 
 
-def _own(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
+def _own(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     """The states at the subject's own value, the fastest first."""
-    made, states = [], plan.curves[0][1]
-    for own in findings.own:
-        branch, shown = findings.branches[own.branch], states.shown(own.u[:, None])
+    made, states = [], plan.case.states
+    for own in findings.nominal:
+        branch, shown = findings.branches[own.branch], states.ordinates(own.u[:, None])
         speed = float(shown.speed[0])
         kind = states.kind(own.u) if not branch.dimension else branch.kind
         exponents = own.exponents[np.isfinite(own.exponents)]
@@ -88,13 +88,13 @@ def _own(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
 
 def _by_angle(plan: Plan, exponents: np.ndarray, speed: float) -> list[list[float]] | None:
     """Exponents by the rotor's angle instead of time; None where what is drawn is no speed."""
-    if plan.curves[0][1].words.state is not None or not speed:
+    if plan.case.states.words.state is not None or not speed:
         return None
     return [[float(e.real) / abs(speed), float(e.imag) / abs(speed)] for e in exponents]
 
 
 def _summary(
-    plan: Plan, findings: Findings, found: Sequence[Special], own: Sequence[Mapping[str, Any]]
+    plan: Plan, findings: BranchFindings, found: Sequence[Special], own: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:  # fmt: skip
     path, second, searched = plan.along.path, plan.second, findings.searched
     return {
@@ -104,12 +104,12 @@ def _summary(
         "range": list(plan.bounds),
         "second": None if second is None else second.path,
         "second_unit": None if second is None else second.unit,
-        "second_value": None if plan.plane is None else plan.plane.value,
-        "show": plan.curves[0][1].words.state,
-        "inertia": plan.curves[0][1].words.inertia,
+        "second_value": None if plan.case.plane is None else plan.case.plane.value,
+        "show": plan.case.states.words.state,
+        "inertia": plan.case.states.words.inertia,
         "special_points": [_of_special(plan, s) for s in found],
         "branches": _branches(plan, findings),
-        "value": plan.curves[0][1].own_value,
+        "value": plan.case.states.nominal_value,
         "states": list(own),
         "curves": _curves(plan, findings),
         "searched": [s.value for s in searched if s.failure is None],
@@ -118,14 +118,14 @@ def _summary(
     }
 
 
-def _shown(plan: Plan, searched: Sequence[SearchedAt]) -> str:
+def _shown(plan: Plan, searched: Sequence[SearchedValue]) -> str:
     """How it is shown that all states were found, or why it is not, for all values at which they were searched."""
     sentence = next((s.shown for s in searched if not s.complete and s.shown), searched[0].shown if searched else "")
     speeds = [s.speeds for s in searched if s.speeds is not None]
     if not speeds:
         return sentence
     widest = min(low for low, _ in speeds), max(high for _, high in speeds)
-    return f"{sentence}; over all of them {speeds_in_words(widest, plan.curves[0][1].words.speed)}"
+    return f"{sentence}; over all of them {speeds_in_words(widest, plan.case.states.words.speed)}"
 
 
 def _near_zero(plan: Plan, value: float) -> float:
@@ -138,7 +138,7 @@ def _rounded(states: SteadyStates, shown: float) -> float:
 
 
 def _of_special(plan: Plan, s: Special) -> dict[str, Any]:
-    states = dict(plan.curves)[s.second]
+    states = dict(plan.case.curves)[s.second]
     second = {} if plan.second is None or s.second is None else {plan.second.path: s.second}
     return {
         "kind": s.kind, plan.along.path: _near_zero(plan, s.u[-1]), **second, "speed": _rounded(states, s.speed),
@@ -147,11 +147,11 @@ def _of_special(plan: Plan, s: Special) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _branches(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
+def _branches(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     listed = []
     for b in findings.branches:
-        states = dict(plan.curves)[b.second]
-        speeds = [_rounded(states, float(speed)) for speed in states.shown(b.u).speed]
+        states = dict(plan.case.curves)[b.second]
+        speeds = [_rounded(states, float(speed)) for speed in states.ordinates(b.u).speed]
         second = {} if plan.second is None or b.second is None else {plan.second.path: b.second}
         stretches = {"": b.intervals(Stability.ALL), "partly_": b.intervals(Stability.SOME)}
         spans = {
@@ -180,16 +180,16 @@ def _upwards(values: np.ndarray, speeds: Sequence[float], i: int, k: int) -> lis
     return [speeds[i], speeds[k]] if values[i] <= values[k] else [speeds[k], speeds[i]]
 
 
-def _curves(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
+def _curves(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     """Of folds and Hopf points in two parameters, with the points on them where a second condition holds."""
-    if plan.plane is None:
+    if plan.case.plane is None:
         return []
-    listed, states = [], plan.curves[0][1]
+    listed, states = [], plan.case.states
     for c in findings.curves:
-        speeds = states.shown(c.u[:-1]).speed
+        speeds = states.ordinates(c.u[:-1]).speed
         special = [
             {
-                "kind": c.kinds[i], plan.along.path: float(c.u[-2, i]), plan.plane.path: float(c.u[-1, i]),
+                "kind": c.kinds[i], plan.along.path: float(c.u[-2, i]), plan.case.plane.path: float(c.u[-1, i]),
                 "speed": float(speeds[i]), "state": dict(states.stated(c.u[:-1, i])), "coefficients": dict(c.coefficients[i]),
             }
             for i in np.flatnonzero([bool(kind) for kind in c.kinds]).tolist()
@@ -203,12 +203,12 @@ def _curves(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
     return listed
 
 
-def _sentence(plan: Plan, findings: Findings, found: Sequence[Special]) -> str:
+def _sentence(plan: Plan, findings: BranchFindings, found: Sequence[Special]) -> str:
     branches, (low, high) = findings.branches, plan.bounds
     if not branches:
         if not findings.complete:
             return "the study was interrupted before a branch was found"
-        of = f" {' or '.join(plan.spec.only)}," if plan.spec.only else ""
+        of = f" {' or '.join(plan.case.only)}," if plan.case.only else ""
         return f"no steady states were found,{of} between {plan.along.at(low, 5)} and {high:.5g}"
     stable = sum(bool(b.intervals(Stability.ALL)) for b in branches)
     partly = sum(bool(b.intervals(Stability.SOME)) for b in branches)
@@ -225,17 +225,17 @@ def _sentence(plan: Plan, findings: Findings, found: Sequence[Special]) -> str:
     sentence = (
         f"{count}, {part}; {in_words([s.kind for s in found if s.kind not in (SOME_STABLE, ALL_STABLE)]) or 'no special point'}"
     )
-    if plan.plane is not None:
+    if plan.case.plane is not None:
         second = [kind for c in findings.curves for kind in c.kinds if kind]
         many = counted(len(findings.curves), "curve", "curves")
-        sentence += f"; {many} of them in {plan.along.called} and {plan.second.called if plan.second else plan.plane.path}"
+        sentence += f"; {many} of them in {plan.along.called} and {plan.second.called if plan.second else plan.case.plane.path}"
         sentence += f" with {in_words(second)}" if second else ""
     return sentence
 
 
-def _warnings(plan: Plan, findings: Findings) -> list[str]:
+def _warnings(plan: Plan, findings: BranchFindings) -> list[str]:
     """What is left out, doubtful, or not yet done."""
-    states, path = plan.curves[0][1], plan.along.path
+    states, path = plan.case.states, plan.along.path
     lines = [*states.words.warnings]
     for failure in dict.fromkeys(s.failure for s in findings.searched if s.failure):
         at = [s.value for s in findings.searched if s.failure == failure]
@@ -253,7 +253,7 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
     return lines
 
 
-def _of_stability(plan: Plan, findings: Findings) -> list[str]:
+def _of_stability(plan: Plan, findings: BranchFindings) -> list[str]:
     """Where stability changes and it is not known where exactly; and what stability is of a family."""
     lines = []
     for k, b in enumerate(findings.branches):

@@ -2,42 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
+from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
-from wucht.quantities import Unit
+from wucht.studies.branch_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Values, Whole
 
-NAMES = ("compensating", "together", "opposed")
 _FEWEST, _MOST = 1, 200
-
-
-def _names(given: Any) -> Any:
-    listed = [given] if isinstance(given, str) else given
-    if not isinstance(listed, list | tuple) or not listed or any(one not in NAMES for one in listed):
-        raise ValueError(f"must be one or more of: {', '.join(NAMES)}")
-    return tuple(dict.fromkeys(listed))
-
-
-def _ranges(given: Any) -> Any:
-    if not isinstance(given, Mapping):
-        raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
-    read = dict[str, tuple[float, float]]()
-    for name, pair in given.items():
-        if not isinstance(pair, list | tuple) or len(pair) != 2 or any(isinstance(x, bool) for x in pair):
-            raise ValueError(f"must give a pair [low, high] for {name}")
-        low, high = (Unit("", f"end of the range of {name}").parse(x) for x in pair)
-        if not low < high:
-            raise ValueError(f"must give a pair [low, high] with low below high for {name}")
-        read[str(name)] = low, high
-    return read
-
-
-Ranges = Annotated[dict[str, tuple[float, float]], BeforeValidator(_ranges), Field(description="ranges of states")]
-Names = Annotated[tuple[str, ...], BeforeValidator(_names), Field(description="names of states")]
 
 
 class SpeedCurve(Spec):
@@ -71,6 +45,11 @@ class SpeedCurve(Spec):
     show: Annotated[str | None, Field(description="state that is drawn")] = None
     ranges: Ranges | None = None
     inertia: Inertia | None = None
+
+    @property
+    def settings(self) -> BranchSettings:
+        """Which steady states are searched and followed."""
+        return BranchSettings(self.points, self.only, self.show, self.ranges, self.inertia)
 
     def check(self) -> None:
         """The number of points, and that the keys of the second parameter are complete."""

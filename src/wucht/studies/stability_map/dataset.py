@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import answered, variable
-from wucht.studies.stability_map.ending_map import EndingFindings
-from wucht.studies.stability_map.map_parts import MapParts, ending_parts, shares, state_parts
-from wucht.studies.stability_map.prepare import Plan
-from wucht.studies.stability_map.run import Findings
+from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +16,7 @@ if TYPE_CHECKING:
 _MOST_LOST = 4
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
     """The Dataset of a stability map.
 
     Boundaries, one after another (boundary_point): boundary_x, boundary_y, boundary_value (of the eliminated parameter, not a
@@ -31,7 +28,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    parts = ending_parts(plan, findings) if isinstance(findings, EndingFindings) else state_parts(plan, findings)
+    parts = plan.parts(findings)
     a, b, third = plan.along, plan.second, plan.third
     unit = third.unit if third is not None else ""
     what = third.words if third is not None else "third parameter"
@@ -66,8 +63,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "x": variable("x", parts.areas.x, a.words, a.unit),
         "y": variable("y", parts.areas.y, b.words, b.unit),
     }
-    runs = 0 if isinstance(findings, EndingFindings) else sum(place.runs for place in findings.reached)
-    summary = _summary(plan, parts, runs)
+    summary = _summary(plan, parts)
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings, parts),
         along=a.path, along_unit=a.unit, along_what=a.words, second=b.path, second_unit=b.unit, second_what=b.words,
@@ -76,14 +72,12 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     )  # fmt: skip
 
 
-def _summary(plan: Plan, parts: MapParts, runs: int) -> dict[str, Any]:
+def _summary(plan: MapPlan[Any], parts: MapParts) -> dict[str, Any]:
     third = plan.third
-    of_third = {} if third is None else {"eliminate": third.path, "eliminate_unit": third.unit}
-    of_third |= {} if plan.plane is None else {"eliminate_range": list(plan.plane.bounds[0])}  # type: ignore[dict-item]
     return {
         "sentence": _sentence(plan, parts),
         "along": plan.along.path, "along_unit": plan.along.unit, "range": list(plan.bounds[0]),
-        "second": plan.second.path, "second_unit": plan.second.unit, "second_range": list(plan.bounds[1]), **of_third,
+        "second": plan.second.path, "second_unit": plan.second.unit, "second_range": list(plan.bounds[1]), **plan.keys,
         "boundaries": {line.name: np.array([line.x, line.y]).T.tolist() for line in parts.lines},
         "boundary_values": {line.name: line.value.tolist() for line in parts.lines if np.isfinite(line.value).all()},
         "points": [
@@ -93,25 +87,18 @@ def _summary(plan: Plan, parts: MapParts, runs: int) -> dict[str, Any]:
         ],
         "regions": [{"label": label, "share": share} for label, share in shares(parts.areas, parts.labels).items()],
         "everywhere": list(parts.everywhere),
-        "places": len(parts.places), "against": len(parts.against), "runs": runs,
+        "places": len(parts.places), "against": len(parts.against), "runs": parts.runs,
     }  # fmt: skip
 
 
-def _sentence(plan: Plan, parts: MapParts) -> str:
+def _sentence(plan: MapPlan[Any], parts: MapParts) -> str:
     if not parts.places:
         return "the study was interrupted before a place was looked at"
-    found = shares(parts.areas, parts.labels)
-    if plan.third is not None:
-        listed = ", ".join(f"{label} in {100 * share:.0f} %" for label, share in sorted(found.items(), key=lambda i: -i[1]))
-        sentence = f"the modulated motion, as {plan.third.called} changes: {listed} of the plane"
-        at = [f"{plan.along.at(m.x, 7)}, {plan.second.at(m.y, 7)}" for m in parts.marks]
-        return sentence + (f"; the regions meet at {' and at '.join(at)}" if at else "")
-    listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in sorted(found.items(), key=lambda i: -i[1]))
-    everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
-    return f"{everywhere}{listed} of the plane" + ("" if plan.motion is not None else "; modulated motions were not sought")
+    areas = sorted(shares(parts.areas, parts.labels).items(), key=lambda area: -area[1])
+    return plan.sentence(parts, dict(areas))
 
 
-def _warnings(plan: Plan, findings: Findings, parts: MapParts) -> list[str]:
+def _warnings(plan: MapPlan[F], findings: F, parts: MapParts) -> list[str]:
     lines = [*plan.warnings, *parts.lost[:_MOST_LOST]]
     if len(parts.lost) > _MOST_LOST:
         lines.append(f"so are {len(parts.lost) - _MOST_LOST} more")

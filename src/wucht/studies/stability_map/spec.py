@@ -6,11 +6,14 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
+from wucht.studies.branch_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
-from wucht.studies.speed_curve.spec import Names, Ranges
 
 _FEWEST, _MOST = 2, 64
+_SEARCHED = 2  # values of the first parameter at which all steady states are searched, besides those near its ends
 
 
 class StabilityMap(Spec):
@@ -46,6 +49,16 @@ class StabilityMap(Spec):
     inertia: Inertia | None = None
     eliminate: Path | None = None
     eliminate_range: Pair | None = None
+
+    @property
+    def settings(self) -> BranchSettings:
+        """Which steady states are mapped."""
+        return BranchSettings(_SEARCHED, self.only, None, self.ranges, self.inertia)
+
+    @property
+    def orbit_settings(self) -> OrbitSettings:
+        """Which modulated motions are mapped."""
+        return OrbitSettings(together=self.together, ranges=self.ranges, inertia=self.inertia)
 
     def check(self) -> None:
         """Three different parameters, and keys that belong together."""

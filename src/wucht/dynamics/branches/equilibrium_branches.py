@@ -10,11 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import NEUTRAL
+from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED
-from wucht.studies.speed_curve.steady_states import Kind, SteadyStates
 
 _PITCHFORK = 1e-4  # in units of scale: between a branch point and the fold of the branch that begins there
 
@@ -44,13 +44,13 @@ def stability(exponents: np.ndarray) -> np.ndarray:
     return np.where(growth > NEUTRAL * fastest, Stability.NONE, decays)
 
 
-def of_share(share: float) -> Stability:
+def stability_from_share(share: float) -> Stability:
     """Of a family, by the share of its members that are stable."""
     return Stability.ALL if share >= 1 else Stability.SOME if share > 0 else Stability.NONE
 
 
 @dataclass(frozen=True)
-class FollowedBranch:
+class EquilibriumBranch:
     """Equilibria in their order along a branch, as they are kept between runs.
 
     u (n+1, N): states, angles as they have turned, and parameter. exponents (n, N): per unit of time, not a number where a
@@ -78,11 +78,11 @@ class FollowedBranch:
     @cached_property
     def stability(self) -> np.ndarray:
         """``Stability`` of each point (N,); at a special point, which is neither, the higher one of its neighbours."""
-        found = np.array([of_share(s) for s in self.stable_share]) if self.stable_share else stability(self.exponents)
-        special = self._special
-        known = np.where(special, Stability.NEUTRAL, found)
+        shares, special = self.stable_share, self._special
+        each = np.array([stability_from_share(s) for s in shares]) if shares else stability(self.exponents)
+        known = np.where(special, Stability.NEUTRAL, each)
         beside = np.maximum(np.append(Stability.NEUTRAL, known[:-1]), np.append(known[1:], Stability.NEUTRAL))
-        return np.asarray(np.where(special, beside, found))
+        return np.asarray(np.where(special, beside, each))
 
     @property
     def stable(self) -> np.ndarray:
@@ -135,13 +135,13 @@ class FollowedBranch:
             yield np.append((self.u[:, i] + share * (self.u[:, i + 1] - self.u[:, i]))[:-1], value)
 
 
-def followed(states: SteadyStates, start: CurvePoint) -> FollowedBranch:
+def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:
     """The whole branch of isolated states through a point, with its name, and the beginnings of those that cross it."""
     equilibria = states.equilibria
     branch = equilibria.branch(start)
     points = [p for p in branch.points if not _turns_at_a_branch_point(branch, p)]
     offshoots = [other for p in points if p.kind == BRANCH_POINT for other in _offshoots(equilibria, p)]
-    made = FollowedBranch(
+    made = EquilibriumBranch(
         u=np.array([p.u for p in points]).T, exponents=np.array([p.eigenvalues for p in points]).T,
         kinds=tuple(p.kind for p in points), offshoots=tuple(offshoots),
         ends=_ends(states, branch),
@@ -164,7 +164,7 @@ def _offshoots(equilibria: Equilibria, at: Equilibrium) -> list[tuple[np.ndarray
         return []
 
 
-def _kind(states: SteadyStates, made: FollowedBranch) -> Kind:
+def _kind(states: SteadyStates, made: EquilibriumBranch) -> Kind:
     """Name, type and split as far as they are the same all along, from some points that are not special."""
     regular = np.flatnonzero([not kind for kind in made.kinds])
     chosen = regular[np.linspace(0, len(regular) - 1, min(_SAMPLES, len(regular))).astype(int)]
@@ -211,7 +211,7 @@ def end_in_words(equilibria: Equilibria, at: str, leaves: Callable[[np.ndarray],
     return f"at {at}: {said}"
 
 
-def exact(states: SteadyStates, branch: FollowedBranch, value: float) -> list[CurvePoint]:
+def points_at(states: SteadyStates, branch: EquilibriumBranch, value: float) -> list[CurvePoint]:
     """The points of a branch of isolated states at a value."""
     points: list[CurvePoint] = []
     for guess in branch.crossings(value):
@@ -224,16 +224,16 @@ def exact(states: SteadyStates, branch: FollowedBranch, value: float) -> list[Cu
     return points
 
 
-def known(states: SteadyStates, branches: Sequence[FollowedBranch], u: np.ndarray) -> bool:
+def lies_on(states: SteadyStates, branches: Sequence[EquilibriumBranch], u: np.ndarray) -> bool:
     """Whether a point lies on one of the branches, equal bodies being exchanged."""
     value = float(u[-1])
-    return any(states.same(u, p.u) for b in branches if not b.dimension for p in exact(states, b, value))
+    return any(states.same(u, p.u) for b in branches if not b.dimension for p in points_at(states, b, value))
 
 
-def repeats(states: SteadyStates, branches: Sequence[FollowedBranch], other: FollowedBranch) -> bool:
+def repeats(states: SteadyStates, branches: Sequence[EquilibriumBranch], other: EquilibriumBranch) -> bool:
     """Whether a branch is none of its own: a point, or one of the known ones, on which points far from its special ones lie."""
     regular = np.flatnonzero([not kind for kind in other.kinds])
     if not len(regular) or other.length(states.equilibria.equations.scale) < _LENGTH:
         return True
     chosen = regular[(np.array(_COMPARED) * (len(regular) - 1)).astype(int)]
-    return all(known(states, branches, other.u[:, i]) for i in chosen)
+    return all(lies_on(states, branches, other.u[:, i]) for i in chosen)

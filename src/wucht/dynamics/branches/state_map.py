@@ -3,29 +3,87 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
+from wucht.dynamics.branches.first_orbits import SeedOrbit
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion, ReachedMotions, reached_motions
+from wucht.dynamics.branches.orbit_curves import Bounds, OrbitCurve, connection_curve, orbit_curve
+from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.plane_regions import cell_centres, regions
+from wucht.dynamics.branches.second_parameter import (
+    BifurcationCurve,
+    Crossing,
+    Crossings,
+    SecondParameter,
+    curve_through,
+    fold_crossings,
+    passes,
+    starts,
+)  # fmt: skip
+from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, SteadyRow, further_row, orbit_row, steady_row
+from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit
-from wucht.studies.speed_curve.run import run as run_curve
-from wucht.studies.speed_curve.second_parameter import FollowedCurve, SecondParameter, curve_through, passes, starts
-from wucht.studies.stability_map.fold_crossings import Crossing, fold_crossings
-from wucht.studies.stability_map.orbit_curves import OrbitCurve, connection_curve, orbit_curve
-from wucht.studies.stability_map.plane_regions import regions
-from wucht.studies.stability_map.prepare import Plan
-from wucht.studies.stability_map.reached_motions import ReachedMotions, reached_motions
-from wucht.studies.stability_map.state_rows import NoOrbit, OrbitRow, SteadyRow, further_row, orbit_row, steady_row
 
 _ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work, by which these are done
 _MOST_FAMILIES = 4  # of modulated motions that runs have reached
 _ON_CURVE = 0.01  # of the range: a special orbit that lies on a known curve
 _MOST_EXTRA = 12  # rows beside those of the cells
+
+
+@dataclass(frozen=True, eq=False)
+class StateMapCase:
+    """A plane of two parameters, whose steady states and modulated motions are mapped.
+
+    paths, bounds: of the parameters. cells: a side, in whose centres it is examined which motions there are. settings: which
+    steady states. motion: None where modulated ones are left out. warnings: what is doubtful about the equations.
+    """
+
+    subject: Machine | OwnEquations
+    paths: tuple[str, str]
+    bounds: Bounds
+    cells: int
+    settings: BranchSettings
+    motion: ModulatedMotion | None
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls, subject: Machine | OwnEquations, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
+        orbits: OrbitSettings | None,
+    ) -> StateMapCase:  # fmt: skip
+        """The plane of a machine, or of equations. orbits: which modulated motions, None for none.
+
+        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        """
+        case = cls(subject, paths, bounds, cells, settings, None, ())
+        states, motion = case.row(sum(bounds[1]) / 2).states, None
+        if orbits is not None:
+            motion = ModulatedMotion.of(subject, paths[0], orbits, states)
+            motion.refuse_idle(dict(zip(("along", "second"), paths, strict=True)))
+        return replace(case, motion=motion, warnings=states.words.warnings)
+
+    def row(self, second: float) -> BranchCase:
+        """The steady states over the first parameter at a value of the second."""
+        subject = with_parameters(self.subject, {self.paths[1]: second})
+        return BranchCase.of(subject, self.paths[0], self.bounds[0], self.settings)
+
+    def centres(self, k: int) -> np.ndarray:
+        """Of the cells, in the first (0) or the second (1) parameter."""
+        return cell_centres(self.bounds[k], self.cells)
+
+    def second(self, value: float) -> SecondParameter:
+        """The second parameter at a value."""
+        return SecondParameter(self.paths[1], self.bounds[1], value)
 
 
 @dataclass(frozen=True)
@@ -34,7 +92,7 @@ class StateFindings:
     sentences on what was not found."""
 
     rows: tuple[SteadyRow, ...] = ()
-    curves: tuple[FollowedCurve, ...] = ()
+    curves: tuple[BifurcationCurve, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     orbits: tuple[OrbitRow | NoOrbit, ...] = ()
     reached: tuple[ReachedMotions, ...] = ()
@@ -47,41 +105,38 @@ class StateFindings:
 Stage = Generator[StateFindings, None, StateFindings]
 
 
-def run_states(plan: Plan, work: Work) -> Stage:
+def map_states(case: StateMapCase, work: Work) -> Iterator[StateFindings]:
     """Rows of steady states, the curves of their folds and Hopf points, rows of orbits, and their curves."""
     findings = StateFindings()
-    seconds = plan.centres(1).tolist()
+    seconds = case.centres(1).tolist()
     for k, second in enumerate(seconds):
         part = work.part(f"row {second!r}", _ROWS * k / len(seconds), _ROWS * (k + 1) / len(seconds))
-        findings = yield from _steady(plan, findings, second, plan.centres(0), part, work)
-    crossings = work.unit("crossings", partial(fold_crossings, plan, findings.curves))
-    findings = replace(findings, crossings=crossings.found, lost=(*findings.lost, *crossings.lost))
-    if plan.motion is not None:
-        findings = yield from _runs(plan, findings, work)
-        findings = yield from _orbits(plan, findings, work)
-        findings = yield from _further_orbits(plan, findings, work)
-    findings = yield from _extra(plan, findings, work)
-    return replace(findings, complete=True)
+        findings = yield from _steady(case, findings, second, case.centres(0), part, work)
+    crossings = work.unit("crossings", partial(_crossings, case, findings.curves))
+    findings = replace(findings, crossings=crossings.points, lost=(*findings.lost, *crossings.lost))
+    if case.motion is not None:
+        findings = yield from _runs(case, findings, work)
+        findings = yield from _orbits(case, findings, work)
+        findings = yield from _further_orbits(case, findings, work)
+    findings = yield from _extra(case, findings, work)
+    work.report(1.0)
+    yield replace(findings, complete=True)
 
 
-def _steady(plan: Plan, findings: StateFindings, second: float, values: np.ndarray, part: Work, work: Work) -> Stage:
+def _steady(case: StateMapCase, findings: StateFindings, second: float, values: np.ndarray, part: Work, work: Work) -> Stage:
     """A row of steady states, and the curves through their folds and Hopf points that are not known yet."""
-    row = plan.row(second)
-    found = None
-    for found in run_curve(row, part):  # noqa: B007
-        pass
-    assert found is not None
-    findings = replace(findings, rows=(*findings.rows, steady_row(second, found.branches, values)))
+    row = case.row(second)
+    *_, steady = follow_branches(row, part)
+    findings = replace(findings, rows=(*findings.rows, steady_row(second, steady.branches, values)))
     yield findings
-    states = row.curves[0][1]
-    other = SecondParameter(plan.second.path, plan.bounds[1], second)
-    for k, (of, kind, u) in enumerate(starts(found.branches)):
+    states, other = row.states, case.second(second)
+    for k, (of, kind, u) in enumerate(starts(steady.branches)):
         if any(passes(states, other, c, of, u) for c in findings.curves):
             continue
         part.report(0.5, f"{of}s in both parameters")
         curve = work.unit(f"curve {second!r} {k}", partial(curve_through, states, other, of, kind, u))
         if isinstance(curve, str):
-            at = f"the {of} at {plan.along.path} = {u[-1]:.6g}, {plan.second.path} = {second:.6g}"
+            at = f"the {of} at {case.paths[0]} = {u[-1]:.6g}, {case.paths[1]} = {second:.6g}"
             findings = replace(findings, lost=(*findings.lost, f"{at} is not followed: {curve}"))
         else:
             findings = replace(findings, curves=(*findings.curves, curve))
@@ -89,36 +144,41 @@ def _steady(plan: Plan, findings: StateFindings, second: float, values: np.ndarr
     return findings
 
 
-def _runs(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+def _crossings(case: StateMapCase, curves: tuple[BifurcationCurve, ...]) -> Crossings:
+    middle = sum(case.bounds[1]) / 2
+    return fold_crossings(case.row(middle).states, case.second(middle), curves)
+
+
+def _runs(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     """Runs from several starts at the centres of all cells."""
-    seconds = plan.centres(1).tolist()
+    seconds = case.centres(1).tolist()
     for k, second in enumerate(seconds):
         share = _CURVES + (_RUNS - _CURVES) * k / len(seconds)
-        findings = _with_runs(plan, findings, work, plan.centres(0).tolist(), second, share)
+        findings = _with_runs(case, findings, work, case.centres(0).tolist(), second, share)
         yield findings
     return findings
 
 
 def _with_runs(
-    plan: Plan, findings: StateFindings, work: Work, values: list[float], second: float, share: float
+    case: StateMapCase, findings: StateFindings, work: Work, values: list[float], second: float, share: float
 ) -> StateFindings:
     """With what runs come to at values of the first parameter."""
-    assert plan.motion is not None
-    there = plan.motion.at({plan.second.path: second}, plan.along.path)
-    watch = partial(work.report, share, f"runs from several starts at {plan.second.path} = {second:.4g}")
+    assert case.motion is not None
+    there = case.motion.at({case.paths[1]: second}, case.paths[0])
+    watch = partial(work.report, share, f"runs from several starts at {case.paths[1]} = {second:.4g}")
     watch()
-    make = partial(reached_motions, there, plan.along.path, plan.bounds[0], values, second, watch)
+    make = partial(reached_motions, there, case.paths[0], case.bounds[0], values, second, watch)
     return replace(findings, reached=(*findings.reached, *work.unit(f"runs {second!r}", make)))
 
 
-def _further_orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     """Branches of orbits on which runs have settled, and which begin at no steady state that is lost: followed over the plane.
 
     Each begins in the row that has most of them, and is followed from row to row both ways.
     """
-    assert plan.motion is not None
-    paths, seconds = (plan.along.path, plan.second.path), plan.centres(1).tolist()
-    for family in range(_MOST_FAMILIES if plan.motion.whole is None else 0):
+    assert case.motion is not None
+    paths, seconds = case.paths, case.centres(1).tolist()
+    for family in range(_MOST_FAMILIES if case.motion.whole is None else 0):
         seeds = _unexplained(findings)
         if not seeds:
             break
@@ -130,15 +190,15 @@ def _further_orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
             beside, given = made.get(k - 1 if k > begin else k + 1), [seed for second, seed in mine if second == seconds[k]]
             if not given and not isinstance(beside, OrbitRow):
                 continue
-            there = plan.motion.at({paths[1]: seconds[k]}, paths[0])
+            there = case.motion.at({paths[1]: seconds[k]}, paths[0])
             watch = partial(work.report, _ORBITS, f"further modulated motions at {paths[1]} = {seconds[k]:.4g}")
             watch()
             near = beside if isinstance(beside, OrbitRow) else None
-            make = partial(further_row, there, paths, plan.bounds[0], seconds[k], near, tuple(given), watch)
+            make = partial(further_row, there, paths, case.bounds[0], seconds[k], near, tuple(given), watch)
             made[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
             findings = replace(findings, orbits=(*findings.orbits, made[k]))
             yield findings
-            findings = yield from _curves_of(plan, findings, made[k], work, _ORBITS)
+            findings = yield from _curves_of(case, findings, made[k], work, _ORBITS)
         if not any(isinstance(row, OrbitRow) for row in made.values()):
             lost = f"the modulated motion that runs reach, such as {mine[0][1].begun}, is not followed over the plane"
             return replace(findings, lost=(*findings.lost, lost))
@@ -156,50 +216,52 @@ def _unexplained(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
     ]
 
 
-def _orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+def _orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     """Rows of orbits, from the middle outwards, each begun with its neighbour; and their curves."""
-    seconds = plan.centres(1).tolist()
+    seconds = case.centres(1).tolist()
     middle = len(seconds) // 2
     order = [*range(middle, len(seconds)), *range(middle - 1, -1, -1)]
     made = dict[int, OrbitRow | NoOrbit]()
     for done, k in enumerate(order):
         share = _RUNS + (_ORBITS - _RUNS) * done / len(order)
-        what = f"modulated motions at {plan.second.path} = {seconds[k]:.4g}"
+        what = f"modulated motions at {case.paths[1]} = {seconds[k]:.4g}"
         work.report(share, what)
         beside = made.get(k - 1 if k > middle else k + 1)
-        made[k] = _row(plan, work, seconds[k], beside, share, what)
+        made[k] = _orbit_row(case, work, seconds[k], beside, share, what)
         findings = replace(findings, orbits=tuple(made[i] for i in sorted(made)))
         yield findings
-        findings = yield from _curves_of(plan, findings, made[k], work, share)
+        findings = yield from _curves_of(case, findings, made[k], work, share)
     return findings
 
 
-def _row(plan: Plan, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, what: str) -> OrbitRow | NoOrbit:
-    assert plan.motion is not None
-    there = plan.motion.at({plan.second.path: second}, plan.along.path)
+def _orbit_row(
+    case: StateMapCase, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, what: str
+) -> OrbitRow | NoOrbit:
+    assert case.motion is not None
+    there = case.motion.at({case.paths[1]: second}, case.paths[0])
     beside = near if isinstance(near, OrbitRow) else None
-    paths = (plan.along.path, plan.second.path)
+    paths = case.paths
     watch = partial(work.report, share, what)
-    return work.unit(f"orbits {second!r}", partial(orbit_row, there, paths, plan.bounds[0], second, beside, watch))
+    return work.unit(f"orbits {second!r}", partial(orbit_row, there, paths, case.bounds[0], second, beside, watch))
 
 
-def _curves_of(plan: Plan, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
+def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
     """The curves through what is special on a row of orbits."""
     if isinstance(row, NoOrbit):
         return findings
-    assert plan.motion is not None
-    paths, there = (plan.along.path, plan.second.path), plan.motion.at({plan.second.path: row.second}, plan.along.path)
-    wanted = [(k.kind, k.value, partial(orbit_curve, there, paths, plan.bounds, row, k)) for k in row.special]
+    assert case.motion is not None
+    paths, there = case.paths, case.motion.at({case.paths[1]: row.second}, case.paths[0])
+    wanted = [(k.kind, k.value, partial(orbit_curve, there, paths, case.bounds, row, k)) for k in row.special]
     wanted += [
-        (SADDLE_CONNECTION, s.value, partial(connection_curve, there, paths, plan.bounds, row, s))
+        (SADDLE_CONNECTION, s.value, partial(connection_curve, there, paths, case.bounds, row, s))
         for s in row.sides if s.kind == SADDLE_CONNECTION
     ]  # fmt: skip
     for kind, value, make in wanted:
         if kind == BRANCH_POINT and any(
-            c.kind == kind and _continues(plan, c, value, row.second) for c in findings.orbit_curves
+            c.kind == kind and _continues(case, c, value, row.second) for c in findings.orbit_curves
         ):
             continue
-        if any(c.kind == kind and _on(plan, c, value, row.second) for c in findings.orbit_curves):
+        if any(c.kind == kind and _on(case, c, value, row.second) for c in findings.orbit_curves):
             continue
         work.report(share, f"the curve of the {kind.replace('-', ' ')}s of modulated motions")
         made = work.unit(f"{kind} {value!r} {row.second!r}", make)
@@ -214,33 +276,33 @@ def _curves_of(plan: Plan, findings: StateFindings, row: OrbitRow | NoOrbit, wor
     return findings
 
 
-def _on(plan: Plan, curve: OrbitCurve, value: float, second: float) -> bool:
-    width = plan.bounds[0][1] - plan.bounds[0][0]
+def _on(case: StateMapCase, curve: OrbitCurve, value: float, second: float) -> bool:
+    width = case.bounds[0][1] - case.bounds[0][0]
     y = curve.y
     i = np.flatnonzero((y[:-1] - second) * (y[1:] - second) <= 0)
     share = np.divide(second - y[i], y[i + 1] - y[i], out=np.zeros(len(i)), where=y[i + 1] != y[i])
     return bool((np.abs(curve.x[i] + share * (curve.x[i + 1] - curve.x[i]) - value) < _ON_CURVE * width).any())
 
 
-def _continues(plan: Plan, curve: OrbitCurve, value: float, second: float) -> bool:
+def _continues(case: StateMapCase, curve: OrbitCurve, value: float, second: float) -> bool:
     """Whether a row's special orbit goes on where a curve has ended, one row further."""
-    spacing = 1.5 * (plan.bounds[1][1] - plan.bounds[1][0]) / plan.cells
+    spacing = 1.5 * (case.bounds[1][1] - case.bounds[1][0]) / case.cells
     k = int(np.abs(curve.y - second).argmin())
     beyond = k in (0, len(curve.y) - 1) and 0 < abs(curve.y[k] - second) < spacing
-    return bool(beyond and abs(curve.x[k] - value) < 0.1 * (plan.bounds[0][1] - plan.bounds[0][0]))
+    return bool(beyond and abs(curve.x[k] - value) < 0.1 * (case.bounds[0][1] - case.bounds[0][0]))
 
 
-def lines_of(plan: Plan, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
+def lines_of(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
     """All curves as x and y."""
-    return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended(plan, findings)]
+    return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended(case, findings)]
 
 
-def extended(plan: Plan, findings: StateFindings) -> list[OrbitCurve]:
+def extended(case: StateMapCase, findings: StateFindings) -> list[OrbitCurve]:
     """The curves of orbits; those at which stability is lost go on beyond their ends through the rows, to a crossing of folds.
 
     Near such a crossing the period is so long that the curve's equations cannot be followed; the rows' exponents are known.
     """
-    made, spacing = list[OrbitCurve](), (plan.bounds[1][1] - plan.bounds[1][0]) / plan.cells
+    made, spacing = list[OrbitCurve](), (case.bounds[1][1] - case.bounds[1][0]) / case.cells
     for c in findings.orbit_curves:
         if c.kind != BRANCH_POINT:
             made.append(c)
@@ -255,7 +317,7 @@ def extended(plan: Plan, findings: StateFindings) -> list[OrbitCurve]:
             more = sorted((sign * b, a, b) for a, b in beyond if sign * (b - y[end]) > 0)
             line = [(a, b) for _, a, b in more]
             last = line[-1] if line else (x[end], y[end])
-            inside = plan.bounds[1][0] < y[end] < plan.bounds[1][1]
+            inside = case.bounds[1][0] < y[end] < case.bounds[1][1]
             line += [(p.x, p.y) for p in findings.crossings if inside and 0 < sign * (p.y - last[1]) < 1.5 * spacing]
             for a, b in line:
                 x, y = (np.append(x, a), np.append(y, b)) if sign > 0 else (np.insert(x, 0, a), np.insert(y, 0, b))
@@ -263,23 +325,23 @@ def extended(plan: Plan, findings: StateFindings) -> list[OrbitCurve]:
     return made
 
 
-def _extra(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+def _extra(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     """A place in each region that no cell's centre lies in; where that shows further curves, once more."""
-    cells = [(x, y) for y in plan.centres(1).tolist() for x in plan.centres(0).tolist()]
+    cells = [(x, y) for y in case.centres(1).tolist() for x in case.centres(0).tolist()]
     while len(findings.extra) < _MOST_EXTRA:
-        parted = regions(lines_of(plan, findings), plan.bounds)
+        parted = regions(lines_of(case, findings), case.bounds)
         known = {parted.at(x, y) for x, y in (*cells, *findings.extra)}
         missing = next((k for k in range(parted.count) if k not in known), None)
         if missing is None:
             break
         x, y = parted.inmost(missing)
         part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
-        findings = yield from _steady(plan, findings, y, np.array([x]), part, part)
-        if plan.motion is not None:
+        findings = yield from _steady(case, findings, y, np.array([x]), part, part)
+        if case.motion is not None:
             rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
             near = min(rows, key=lambda r: abs(r.second - y), default=None)
-            made = _row(plan, part, y, near, _ORBITS, "modulated motions in a small region")
-            findings = _with_runs(plan, replace(findings, orbits=(*findings.orbits, made)), part, [x], y, _ORBITS)
+            made = _orbit_row(case, part, y, near, _ORBITS, "modulated motions in a small region")
+            findings = _with_runs(case, replace(findings, orbits=(*findings.orbits, made)), part, [x], y, _ORBITS)
         findings = replace(findings, extra=(*findings.extra, (x, y)))
         yield findings
     return findings

@@ -13,6 +13,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of, orbit_near
+from wucht.dynamics.branches.modulated_motion import LostState, ModulatedMotion, lost_states
+from wucht.dynamics.branches.orbit_branches import first_cycle
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.flow.compiled import compile_system
@@ -27,9 +30,6 @@ from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.numerics.recurrence import rests
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of, orbit_near
-from wucht.studies.orbit_branch.orbit_walk import first_cycle
-from wucht.studies.stability_map.mapped_motion import LostState, MappedMotion, lost_states
 
 NONE = "none"
 _JUST_BEYOND = (0.01, 0.002)  # of the range: how far beyond a fold a run looks for the orbit
@@ -71,7 +71,7 @@ class OrbitEnding:
 
 
 def ending_at(
-    motion: MappedMotion, path: str, bounds: tuple[float, float], place: tuple[float, float], watch: Callable[[], None]
+    motion: ModulatedMotion, path: str, bounds: tuple[float, float], place: tuple[float, float], watch: Callable[[], None]
 ) -> OrbitEnding:
     """What becomes of a machine whose stable steady state is lost as the parameter changes: a motion, and how that ends.
 
@@ -98,7 +98,7 @@ def ending_at(
 
 
 def born_at(
-    motion: MappedMotion, path: str, bounds: tuple[float, float], fold: LostState, sentences: list[str],
+    motion: ModulatedMotion, path: str, bounds: tuple[float, float], fold: LostState, sentences: list[str],
     watch: Callable[[], None],
 ) -> SeedOrbit | None:  # fmt: skip
     """The orbit that a run from a lost state comes to just beyond it; else a sentence is added what it comes to."""
@@ -118,7 +118,7 @@ End = tuple[str, float, str, tuple[Cycles, Cycle], np.ndarray]
 
 
 def followed_to_end(
-    motion: MappedMotion, path: str, bounds: tuple[float, float], seed: SeedOrbit, way: int, watch: Callable[[], None]
+    motion: ModulatedMotion, path: str, bounds: tuple[float, float], seed: SeedOrbit, way: int, watch: Callable[[], None]
 ) -> End:
     """Kind, value, sentence, last orbit and equilibrium of the end of a branch."""
     cycles = cycles_of(replace(motion.subject, path=path), bounds, seed.winding, seed.scale, seed.longest)
@@ -181,7 +181,7 @@ def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
 
 
 def _survives(
-    motion: MappedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, place: np.ndarray, value: float
+    motion: ModulatedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, place: np.ndarray, value: float
 ) -> bool:  # fmt: skip
     """Whether the motion goes on just beyond a fold that the orbit seemed to come to: beside the states that appear there."""
     if not bounds[0] < value < bounds[1]:
@@ -202,7 +202,7 @@ def enough(period: float, eigenvalues: np.ndarray) -> float:
 
 
 def connections_of(
-    motion: MappedMotion, paths: tuple[str, ...], bounds: tuple[tuple[float, float], ...], time: float, winding: np.ndarray,
+    motion: ModulatedMotion, paths: tuple[str, ...], bounds: tuple[tuple[float, float], ...], time: float, winding: np.ndarray,
     folds: tuple[bool, ...] = (False,),
 ) -> Connections:  # fmt: skip
     """Connections over some parameters, with the sizes of the map."""
@@ -217,7 +217,7 @@ def connections_of(
 
 
 def _connection(
-    motion: MappedMotion, path: str, bounds: tuple[float, float], cycles: Cycles, cycle: Cycle, slow: np.ndarray, stays: bool
+    motion: ModulatedMotion, path: str, bounds: tuple[float, float], cycles: Cycles, cycle: Cycle, slow: np.ndarray, stays: bool
 ) -> tuple[float, np.ndarray] | None:
     """The value at which an orbit becomes a connection of the saddle that it passes, and that saddle."""
     problem = motion.equilibria(path, bounds)
@@ -241,7 +241,7 @@ def _connection(
 
 
 def _ahead(
-    motion: MappedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, slow: np.ndarray, way: int
+    motion: ModulatedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, slow: np.ndarray, way: int
 ) -> tuple[np.ndarray, float] | None:
     """The fold of steady states ahead of an orbit, where that is slowest."""
     equations = motion.equilibria(path, bounds).equations

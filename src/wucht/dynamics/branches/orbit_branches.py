@@ -1,4 +1,4 @@
-"""A branch of orbits followed one way from its first orbit, with what is kept of each."""
+"""Branches of orbits: followed each way from their first orbit, with what is stored of each."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, Hidden
 from wucht.numerics.periodic.cycle_starts import doubled, switched
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
-from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
 
 Watch = Callable[[float], None]  # the value that is reached
 
 _KEPT_EVERY, _KEPT_GROWTH = 0.02, 1.1  # of the range; of the period: how far apart the orbits are that are kept whole
 _LAST = 3  # orbits by which the end is judged
+_SAME = 1e-2  # relative: an orbit that lies on a branch, by period and range of what is drawn between neighbours
 _MIRRORED = 1e-6  # relative: two orbits beside a branch point that are mirror images
 
 
 @dataclass(frozen=True)
-class KeptOrbit:
+class StoredOrbit:
     """An orbit as it can be found again: see ``SeedOrbit``. kind: of a special one."""
 
     edges: np.ndarray
@@ -42,7 +43,7 @@ class KeptOrbit:
 
 
 @dataclass(frozen=True)
-class WalkedOrbits:
+class HalfBranch:
     """Orbits in order, from the first on.
 
     values, periods, mean, low, high (of what is drawn), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu as
@@ -65,7 +66,7 @@ class WalkedOrbits:
     unstable: np.ndarray
     kinds: tuple[str, ...]
     hidden: tuple[Hidden | None, ...]
-    kept: tuple[KeptOrbit, ...]
+    kept: tuple[StoredOrbit, ...]
     end: BranchEnd
     offshoots: tuple[SeedOrbit | str, ...] = field(default_factory=tuple)
 
@@ -75,14 +76,71 @@ class WalkedOrbits:
         return np.asarray(self.unstable == 0)
 
 
-def walked(
-    subject: OrbitSubject, bounds: tuple[float, float], seed: SeedOrbit, onward: bool, switch: bool, watch: Watch
-) -> WalkedOrbits:
+@dataclass(frozen=True)
+class PeriodicBranch:
+    """A branch: backward and onward from its first orbit; backward is None where it begins there, or is closed."""
+
+    seed: SeedOrbit
+    backward: HalfBranch | None
+    onward: HalfBranch
+
+    @property
+    def parts(self) -> tuple[HalfBranch, ...]:
+        """Those there are, in order."""
+        return (self.onward,) if self.backward is None else (self.backward, self.onward)
+
+    def joined(self, name: str) -> np.ndarray:
+        """An array (..., N) over the whole branch, the backward part turned round and the first orbit once."""
+        onward = getattr(self.onward, name)
+        if self.backward is None:
+            return np.asarray(onward)
+        return np.concatenate([getattr(self.backward, name)[..., :0:-1], onward], axis=-1)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Of all orbits."""
+        return (() if self.backward is None else self.backward.kinds[:0:-1]) + self.onward.kinds
+
+    @property
+    def hidden(self) -> tuple[Hidden | None, ...]:
+        """Of all orbits."""
+        return (() if self.backward is None else self.backward.hidden[:0:-1]) + self.onward.hidden
+
+    @property
+    def kept(self) -> tuple[StoredOrbit, ...]:
+        """In order."""
+        return (() if self.backward is None else self.backward.kept[:0:-1]) + self.onward.kept
+
+    def passes(self, value: float, period: float) -> bool:
+        """Whether it has an orbit of a period, between neighbours, at a value of the parameter."""
+        values, periods = self.joined("values"), self.joined("periods")
+        for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0).tolist():
+            width = values[i + 1] - values[i]
+            share = (value - values[i]) / width if width else 0.0
+            if abs((periods[i] + share * (periods[i + 1] - periods[i])) / period - 1) < _SAME:
+                return True
+        return False
+
+    def repeated_by(self, other: PeriodicBranch) -> bool:
+        """Whether another branch is this one, from another of its special points: its orbits in the middle lie on this one."""
+        values, periods = other.joined("values"), other.joined("periods")
+        low, high, other_low, other_high = self.joined("low"), self.joined("high"), other.joined("low"), other.joined("high")
+        k = len(values) // 2
+        known = self.joined("values")
+        i = int(np.abs((known - values[k]) / np.ptp(known).clip(1e-300)).argmin())
+        size = max(other_high[k] - other_low[k], 1e-300)
+        alike = abs(low[i] - other_low[k]) + abs(high[i] - other_high[k]) < _SAME * size
+        return alike and self.passes(float(values[k]), float(periods[k]))
+
+
+def half_branch(
+    subject: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit, onward: bool, switch: bool, watch: Watch
+) -> HalfBranch:
     """The branch from a first orbit on, or backwards. Raises ``RunError`` where the first orbit is not found again."""
     cycles = cycles_of(subject, bounds, seed.winding, seed.scale, seed.longest)
     start = first_cycle(cycles, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
-    numbers, kept, offshoots, last = [_numbers(subject, start)], [kept_of(start)], list[SeedOrbit | str](), [start]
+    numbers, kept, offshoots, last = [_numbers(subject, start)], [stored_orbit(start)], list[SeedOrbit | str](), [start]
     logarithms, kinds, hidden = [start.logarithms], [""], [start.hidden]
     for cycle in walk:
         watch(cycle.parameter)
@@ -93,7 +151,7 @@ def walked(
         moved = abs(cycle.parameter - kept[-1].value) > _KEPT_EVERY * (bounds[1] - bounds[0])
         grown = not 1 / _KEPT_GROWTH < cycle.period / kept[-1].period < _KEPT_GROWTH
         if moved or grown or cycle.kind:
-            kept.append(kept_of(cycle))
+            kept.append(stored_orbit(cycle))
         if cycle.kind and switch:
             offshoots += _offshoots(cycles, cycle)
         if not cycle.kind:
@@ -103,7 +161,7 @@ def walked(
     end = branch_end(cycles, columns[0, regular], columns[1, regular], last, walk.end)
     values, periods, mean, low, high, least, largest, trusted, product_error, unstable = columns
     known = np.array(logarithms).reshape(len(kinds), -1).T
-    return WalkedOrbits(
+    return HalfBranch(
         values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=known,
         trusted=trusted > 0, product_error=product_error, unstable=unstable.astype(int), kinds=tuple(kinds),
         hidden=tuple(hidden), kept=tuple(kept), end=end, offshoots=tuple(offshoots),
@@ -123,10 +181,10 @@ def first_cycle(cycles: Cycles, seed: SeedOrbit) -> Cycle:
     return cycles.seen(curve, curve.start(u, towards))
 
 
-def _numbers(subject: OrbitSubject, cycle: Cycle) -> list[float]:
+def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:
     """Value, period, mean and range of what is drawn, range of the amplitude, whether multipliers are known, the error of their
     product, how many lie outside the unit circle."""
-    shown, amplitude = subject.seen(cycle.states, cycle.parameter)
+    shown, amplitude = subject.observables(cycle.states, cycle.parameter)
     mean = cycle.integral(shown) / cycle.period
     low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (shown, amplitude) for side in (-1, 1))
     known = float(cycle.trusted), abs(cycle.product_error), float(cycle.unstable)
@@ -150,10 +208,10 @@ def peak(times: np.ndarray, values: np.ndarray) -> float:
     return float(x[1] - slope**2 / (4 * bend))
 
 
-def kept_of(cycle: Cycle) -> KeptOrbit:
+def stored_orbit(cycle: Cycle) -> StoredOrbit:
     """An orbit as it is kept."""
     mesh = cycle.problem.mesh
-    return KeptOrbit(mesh.edges, mesh.degree, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
+    return StoredOrbit(mesh.edges, mesh.degree, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
 
 
 def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit | str]:

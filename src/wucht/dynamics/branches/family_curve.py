@@ -19,14 +19,21 @@ import sympy as sp
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import compensating, members
 from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
+from wucht.dynamics.branches.equilibrium_branches import (
+    ALL_STABLE,
+    SOME_STABLE,
+    EquilibriumBranch,
+    Stability,
+    ends_in_words,
+    stability,
+)
+from wucht.dynamics.branches.steady_states import Kind
 from wucht.errors import RunError
 from wucht.machines.structure import SPEED
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria, Equilibrium
 from wucht.numerics.zeros import first_where
-from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, FollowedBranch, Stability, ends_in_words, stability
-from wucht.studies.speed_curve.slow_states import SlowStates
-from wucht.studies.speed_curve.steady_states import Kind
 from wucht.system import System
 
 # Members of a family whose stability is computed; the first stands for all. Of 64 all may be stable where 1 of 500 is not.
@@ -81,7 +88,7 @@ def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
 class FamilyCurve:
     """The families of a machine along a parameter."""
 
-    slow: SlowStates
+    slow: AveragedEquilibria
 
     @cached_property
     def equilibria(self) -> Equilibria:
@@ -94,7 +101,7 @@ class FamilyCurve:
         equations = Equations.of(system, [slow.path], slow.machine.values, scale)
         return Equilibria(equations, slow.bounds, slow.equilibria.steps, {0: slow.limits})
 
-    def branch(self, state: State, value: float) -> FollowedBranch:
+    def branch(self, state: State, value: float) -> EquilibriumBranch:
         """The branch of the family to which a state at a value belongs. Raises ``RunError`` where it cannot be followed."""
         branch = self.equilibria.branch(self.equilibria.start([state.speed], value))
         points, ends = self._closing(branch, value, state.speed)
@@ -109,17 +116,17 @@ class FamilyCurve:
             some = self._members(p.parameter, float(p.x[0]))
             u, exponents = [*u, self._point(float(p.x[0]), some.phases[:, 0], p.parameter)], [*exponents, some.exponents[0]]
             kinds, shares = [*kinds, p.kind], [*shares, some.share]
-        return FollowedBranch(
+        return EquilibriumBranch(
             u=np.array(u).T, exponents=self._padded(exponents), kinds=tuple(kinds), ends=ends,
             kind=Kind("compensating"), dimension=state.dimension, stable_share=tuple(shares),
         )  # fmt: skip
 
-    def same(self, branch: FollowedBranch, state: State, value: float) -> bool:
+    def same(self, branch: EquilibriumBranch, state: State, value: float) -> bool:
         """Whether a family at a value belongs to a branch: its speed is that of the branch there."""
         near = _NEAR * self.slow.fastest
         return branch.dimension == state.dimension and any(abs(w - state.speed) < near for w in self._speeds(branch, value))
 
-    def _speeds(self, branch: FollowedBranch, value: float) -> list[float]:
+    def _speeds(self, branch: EquilibriumBranch, value: float) -> list[float]:
         """The common speeds with which a branch passes a value."""
         speeds = list[float]()
         for guess in branch.crossings(value):
@@ -129,7 +136,7 @@ class FamilyCurve:
                 continue
         return speeds
 
-    def at(self, branch: FollowedBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    def at(self, branch: EquilibriumBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
         """u (n+1,) and exponents (k,) of the member that stands for a family, where its branch passes a value, and the share of
         members that are stable.
         """

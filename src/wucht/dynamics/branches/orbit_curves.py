@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.branches.first_orbits import cycles_of
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion
+from wucht.dynamics.branches.orbit_branches import StoredOrbit, first_cycle
+from wucht.dynamics.branches.orbit_endings import connections_of, enough
+from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.connection_starts import of_cycle
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.studies.orbit_branch.first_orbits import cycles_of
-from wucht.studies.orbit_branch.orbit_walk import KeptOrbit, first_cycle
-from wucht.studies.stability_map.mapped_motion import MappedMotion
-from wucht.studies.stability_map.orbit_endings import connections_of, enough
-from wucht.studies.stability_map.state_rows import OrbitRow, OrbitSide
 
 _LONGEST = 8.0  # times the period of the orbit with which a curve begins
 _POINTS = 400
@@ -36,7 +36,7 @@ class OrbitCurve:
 
 
 def orbit_curve(
-    motion: MappedMotion, paths: tuple[str, str], bounds: Bounds, row: OrbitRow, special: KeptOrbit
+    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, row: OrbitRow, special: StoredOrbit
 ) -> OrbitCurve | str:
     """The curve through a special orbit of a row, both ways; or why there is none. motion: at the row."""
     subject = motion.whole or motion.subject
@@ -57,7 +57,7 @@ def orbit_curve(
         return str(error)
 
 
-def _located(cycles: Cycles, row: OrbitRow, special: KeptOrbit) -> Cycle:
+def _located(cycles: Cycles, row: OrbitRow, special: StoredOrbit) -> Cycle:
     """The special orbit, found again on its branch. Raises ``RunError``."""
     seed = row.whole
     start = first_cycle(cycles, seed)
@@ -84,7 +84,7 @@ def _both_ways(kind: str, of: object, start: object) -> OrbitCurve:
 
 
 def connection_curve(
-    motion: MappedMotion, paths: tuple[str, str], bounds: Bounds, row: OrbitRow, side: OrbitSide
+    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, row: OrbitRow, side: OrbitSide
 ) -> OrbitCurve | str:
     """The curve of saddle connections through the end of a row, both ways; or why there is none."""
     seed = side.last

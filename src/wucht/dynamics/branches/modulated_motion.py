@@ -1,42 +1,69 @@
-"""The equations whose modulated motions are mapped, at any values of the plane's parameters, and their steady states."""
+"""Modulated motions and steady states at any values of a plane's parameters, and what runs from several starts come to."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.errors import RunError
+from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near, times_of_change
+from wucht.dynamics.branches.orbit_branches import StoredOrbit
+from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.steady_states import SteadyStates
+from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.errors import InputError, RunError
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import disconnected_branches, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit
-from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
-from wucht.studies.orbit_branch.orbit_walk import KeptOrbit
+from wucht.numerics.flow.program import Evaluator
 
 _STARTS = 24  # of Newton's method
 _SEARCHED, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
 _STEPS = Steps(first=0.01, most=0.05, turn=0.1)
 _BEYOND = 0.3  # of a state's range: how far beyond it branches are followed
 _ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstable a run begins
+_LOWEST, _HIGHEST = 0.02, 1.15  # of the fastest speed of steady states: between these they are searched
+_RUNS = 6  # at each place: from the start that is given, and from others spread evenly over the states' ranges
+_BESIDE = 1e-3  # of the ranges of the starts
+_SAME = 1e-3  # relative: periods of one orbit
 
 
 @dataclass(frozen=True, eq=False)
-class MappedMotion:
+class ModulatedMotion:
     """subject: the equations in which orbits are followed. whole: all equations, where the first are those of bodies that keep
     together. box: ranges (2, n) in which steady states are searched.
     """
 
-    subject: OrbitSubject
-    whole: OrbitSubject | None
+    subject: OrbitProblem
+    whole: OrbitProblem | None
     box: np.ndarray
 
-    def at(self, values: Mapping[str, float], path: str | None = None) -> MappedMotion:
+    @classmethod
+    def of(
+        cls, subject: Machine | OwnEquations, path: str, settings: OrbitSettings, states: SteadyStates
+    ) -> ModulatedMotion:  # fmt: skip
+        """The motions of a machine, or of equations, with a parameter along which orbits are followed. states: the steady ones.
+
+        Raises ``InputError`` where a setting does not fit the subject.
+        """
+        part = OrbitProblem.of(subject, path, settings)
+        whole = OrbitProblem.of(subject, path, replace(settings, together=False)) if settings.together else None
+        return cls(part, whole, _box(part, states))
+
+    def refuse_idle(self, paths: Mapping[str, str]) -> None:
+        """Raises ``InputError`` at the key of a parameter on which the equations do not depend. paths: of those, by key."""
+        for key, path in paths.items():
+            if path not in self.subject.system.parameter_names:
+                raise InputError(f"study.{key}", path, "not allowed: the averaged equations do not depend on it")
+
+    def at(self, values: Mapping[str, float], path: str | None = None) -> ModulatedMotion:
         """The same at other values, and with another parameter along which orbits are followed."""
 
-        def moved(subject: OrbitSubject) -> OrbitSubject:
+        def moved(subject: OrbitProblem) -> OrbitProblem:
             return replace(subject, values={**subject.values, **values}, path=path or subject.path)
 
         return replace(self, subject=moved(self.subject), whole=None if self.whole is None else moved(self.whole))
@@ -84,6 +111,14 @@ class MappedMotion:
         return disconnected_branches(problem, values, seeded(self.box[0], self.box[1], _STARTS))
 
 
+def _box(problem: OrbitProblem, states: SteadyStates) -> np.ndarray:
+    """Ranges (2, n) of the states."""
+    if isinstance(states, SystemEquilibria):
+        return np.array([states.ranges[n] for n in states.names]).T
+    speeds = (_LOWEST * states.size_of_shown, _HIGHEST * states.size_of_shown)
+    return np.array([(0.0, 2 * np.pi) if turns else speeds for turns in problem.turning]).T
+
+
 @dataclass(frozen=True)
 class LostState:
     """Where a stable steady state is gone, with another one that it meets (a fold), or unstable from there on (a Hopf point).
@@ -119,7 +154,7 @@ def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
     return sorted(found, key=lambda f: (-f.way, f.value))
 
 
-def seed_of(kept: KeptOrbit, first: SeedOrbit) -> SeedOrbit:
+def seed_of(kept: StoredOrbit, first: SeedOrbit) -> SeedOrbit:
     """An orbit of a branch as the first one of another walk. first: the branch's first orbit."""
     return replace(
         first, edges=kept.edges, degree=kept.degree, states=kept.states, period=kept.period, value=kept.value,
@@ -127,7 +162,7 @@ def seed_of(kept: KeptOrbit, first: SeedOrbit) -> SeedOrbit:
     )  # fmt: skip
 
 
-def nearest_fold(motion: MappedMotion, path: str, bounds: tuple[float, float], x: np.ndarray, value: float) -> LostState:
+def nearest_fold(motion: ModulatedMotion, path: str, bounds: tuple[float, float], x: np.ndarray, value: float) -> LostState:
     """The fold that a saddle's branch has nearest to a value of the parameter. Raises ``RunError`` where it has none."""
     problem = motion.equilibria(path, bounds)
     branch = problem.branch(problem.start(x, value))
@@ -137,3 +172,53 @@ def nearest_fold(motion: MappedMotion, path: str, bounds: tuple[float, float], x
     best = min(folds, key=lambda p: abs(p.parameter - value))
     fastest = float(np.abs(best.eigenvalues).max())
     return LostState(best.parameter, best.x, 1 if value < best.parameter else -1, fastest)
+
+
+@dataclass(frozen=True)
+class ReachedMotions:
+    """Of the runs at a place (x, y): how many there were, and how many came to rest in a steady state.
+
+    orbits: those on which others settled, each once. unsettled: how many did neither.
+    """
+
+    x: float
+    y: float
+    runs: int
+    steady: int
+    orbits: tuple[SeedOrbit, ...]
+    unsettled: int
+
+
+def reached_motions(
+    motion: ModulatedMotion,
+    path: str,
+    bounds: tuple[float, float],
+    values: Sequence[float],
+    second: float,
+    watch: Callable[[], None],
+) -> tuple[ReachedMotions, ...]:
+    """What runs come to at values of the first parameter (``path``, with bounds). motion: at the value of the second one."""
+    subject = motion.whole or motion.subject
+    return tuple(_at(subject, motion.starts(_RUNS - 1), bounds, value, second, watch) for value in values)
+
+
+def _at(
+    subject: OrbitProblem, spread: np.ndarray, bounds: tuple[float, float], value: float, second: float,
+    watch: Callable[[], None],
+) -> ReachedMotions:  # fmt: skip
+    rates, parameters = Evaluator.of_rates(subject.system), subject.system.values({**subject.values, subject.path: value})
+    span = times_of_change(rates, parameters)
+    beside = _BESIDE * np.ptp(spread, axis=0)  # the start that is given may be an unstable steady state
+    starts = [np.asarray(subject.initial(value), float) + beside, *spread]
+    steady, unsettled, orbits = 0, 0, list[SeedOrbit]()
+    for start in starts:
+        tried = orbit_near(subject, bounds, value, start, span, watch)
+        steady, unsettled = steady + tried.rests, unsettled + (tried.orbit is None and not tried.rests)
+        if tried.orbit is not None and not any(alike(tried.orbit, other) for other in orbits):
+            orbits.append(tried.orbit)
+    return ReachedMotions(value, second, len(starts), steady, tuple(orbits), unsettled)
+
+
+def alike(a: SeedOrbit, b: SeedOrbit) -> bool:
+    """Whether two orbits at one place are one: of the same winding and period."""
+    return bool((a.winding == b.winding).all()) and abs(a.period - b.period) <= _SAME * b.period

@@ -1,4 +1,4 @@
-"""The regions into which curves part a plane, and what is the case in each, from places in them that were looked at."""
+"""The regions into which curves part a plane, and what is the case in each, from places in them that were examined."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ _FINE = 240  # pixels a side
 _SMALLEST = 6e-4  # of the plane: what is smaller belongs to its neighbour
 _EDGE = 4  # pixels
 _BESIDE = 3.0  # pixels: how far beside a curve it is looked what is on its sides
+
+
+def cell_centres(bounds: tuple[float, float], cells: int) -> np.ndarray:
+    """The centres (cells,) of so many cells side by side between bounds."""
+    low, high = bounds
+    return np.asarray(low + (high - low) * (np.arange(cells) + 0.5) / cells)
 
 
 @dataclass(frozen=True, eq=False)

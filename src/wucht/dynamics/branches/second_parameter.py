@@ -1,4 +1,4 @@
-"""Where folds and Hopf points go as a second parameter changes: their curves in the plane of both parameters."""
+"""Where folds and Hopf points go as a second parameter changes: their curves in the plane of both parameters, and crossings."""
 
 from __future__ import annotations
 
@@ -7,18 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.errors import RunError
+from wucht.dynamics.branches.equilibrium_branches import ON, RANGE_ENDS, EquilibriumBranch, end_in_words
+from wucht.dynamics.branches.steady_states import Kind, SteadyStates
+from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
-from wucht.studies.speed_curve.following import ON, RANGE_ENDS, FollowedBranch, end_in_words
-from wucht.studies.speed_curve.steady_states import Kind, SteadyStates
+from wucht.numerics.periodic.fold_pairs import FoldPairs
 
+COINCIDE = "two folds at once"
 _SAME = 1e-5  # in units of scale: a special point that lies on a curve
 
 
 @dataclass(frozen=True)
-class FollowedCurve:
+class BifurcationCurve:
     """A curve of special points in two parameters.
 
     of: "fold" or "hopf". u (n+2, N): states and both parameters. kinds (N): "" or the kind of a point where a second condition
@@ -42,7 +44,7 @@ class SecondParameter:
     value: float
 
 
-def starts(branches: Sequence[FollowedBranch]) -> list[tuple[str, Kind, np.ndarray]]:
+def starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.ndarray]]:
     """The folds and Hopf points of branches of isolated states: kind, what the states are called, u (n+1,)."""
     return [
         (special, b.kind, b.u[:, i])
@@ -53,7 +55,7 @@ def starts(branches: Sequence[FollowedBranch]) -> list[tuple[str, Kind, np.ndarr
     ]
 
 
-def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: Kind, u: np.ndarray) -> FollowedCurve | str:
+def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: Kind, u: np.ndarray) -> BifurcationCurve | str:
     """The curve through a fold or Hopf point, followed both ways; or why it cannot be followed."""
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     problem = states.equilibria
@@ -67,7 +69,7 @@ def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: 
     ends = curve.ends if curve.closed else tuple(
         _in_words(states, second, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True)
     )  # fmt: skip
-    return FollowedCurve(
+    return BifurcationCurve(
         of, kind, curve.u, tuple(p.kind for p in points),
         tuple(dict(p.coefficients) if p.kind else {} for p in points), (ends[0], ends[1]),
     )  # fmt: skip
@@ -82,7 +84,7 @@ def _in_words(states: SteadyStates, second: SecondParameter, said: str, at: np.n
     return end_in_words(states.equilibria, where, states.end, at[:-1], said)
 
 
-def passes(states: SteadyStates, second: SecondParameter, curve: FollowedCurve, of: str, u: np.ndarray) -> bool:
+def passes(states: SteadyStates, second: SecondParameter, curve: BifurcationCurve, of: str, u: np.ndarray) -> bool:
     """Whether a special point at the second parameter's own value lies on a curve."""
     if curve.of != of:
         return False
@@ -93,7 +95,56 @@ def passes(states: SteadyStates, second: SecondParameter, curve: FollowedCurve, 
         share = (second.value - q[i]) / width if width else 0.0
         at = curve.u[:, i] + share * (curve.u[:, i + 1] - curve.u[:, i])
         away = (at[-2] - u[-1]) / scale[-2]
-        moved = states.shown(np.append(at[:-2], u[-1])[:, None]).speed - states.shown(u[:, None]).speed
+        moved = states.ordinates(np.append(at[:-2], u[-1])[:, None]).speed - states.ordinates(u[:, None]).speed
         if max(abs(away), abs(float(moved[0])) / states.size_of_shown) < max(_SAME, 0.1 * near[i]):
             return True
     return False
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A point of the plane at which two curves of folds meet, at different states."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """points: those that are located. lost: sentences on those that are not."""
+
+    points: tuple[Crossing, ...]
+    lost: tuple[str, ...] = ()
+
+
+def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> Crossings:
+    """Where the curves of folds of states of one name cross: there two pairs of steady states vanish at once."""
+    folds, points, lost = [c for c in curves if c.of == FOLD], list[Crossing](), list[str]()
+    equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
+    pairs = FoldPairs(equations, (states.bounds, second.bounds))
+    for i, a in enumerate(folds):
+        for b in folds[i + 1 :]:
+            if a.kind.name != b.kind.name:
+                continue
+            for k, m in crossing_pieces(a.u[-2:], b.u[-2:]):
+                x, y = at = (a.u[-2:, k] + b.u[-2:, m]) / 2
+                try:
+                    u = pairs.near(a.u[:-2, k], b.u[:-2, m], at)
+                except WuchtError as error:
+                    place = f"{states.path} = {x:.6g}, {second.path} = {y:.6g}"
+                    lost.append(f"where two curves of folds cross near {place} is not located: {error}")
+                    continue
+                if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in points):
+                    points.append(Crossing(float(u[-2]), float(u[-1])))
+    return Crossings(tuple(points), tuple(lost))
+
+
+def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:
+    """Which pieces of two lines (2, N), (2, M) cross."""
+    p, r, q, s = a[:, :-1, None], np.diff(a)[:, :, None], b[:, None, :-1], np.diff(b)[:, None, :]
+    determinant = r[0] * s[1] - r[1] * s[0]
+    with np.errstate(all="ignore"):
+        t = ((q[0] - p[0]) * s[1] - (q[1] - p[1]) * s[0]) / determinant
+        w = ((q[0] - p[0]) * r[1] - (q[1] - p[1]) * r[0]) / determinant
+        meet = (t >= 0) & (t <= 1) & (w >= 0) & (w <= 1)
+    return [(int(i), int(k)) for i, k in np.argwhere(meet)]

@@ -14,6 +14,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wucht.dynamics.branches.first_orbits import cycles_of
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion, nearest_fold
+from wucht.dynamics.branches.orbit_branches import first_cycle
+from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_of, enough
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.connection import Connection
@@ -21,10 +25,6 @@ from wucht.numerics.periodic.connection_ends import SADDLE_NODE
 from wucht.numerics.periodic.connection_starts import beyond, longer, of_cycle, rest_of, saddle_node_of, waiting
 from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.periodic.saddle_connections import Connections
-from wucht.studies.orbit_branch.first_orbits import cycles_of
-from wucht.studies.orbit_branch.orbit_walk import first_cycle
-from wucht.studies.stability_map.mapped_motion import MappedMotion, nearest_fold
-from wucht.studies.stability_map.orbit_endings import OrbitEnding, connections_of, enough
 
 RETURNS, BOTH, TO_SADDLE = "returns-to-saddle-node", "both-pairs-vanish", "saddle-node-to-saddle"
 DOUBLE = "two-saddle-nodes-connected"
@@ -96,7 +96,7 @@ class Plane:
 
 
 def curves_between(
-    motion: MappedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding, watch: Watch
+    motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding, watch: Watch
 ) -> EndingCurves:
     """The curves that begin between a place where the orbit ends at a connection and one where it ends at a saddle-node on it.
 
@@ -159,7 +159,7 @@ def _cut(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
     return np.asarray(inside + min(shares) * (outside - inside))
 
 
-def _limit(motion: MappedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding) -> tuple[Connections, Connection]:
+def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding) -> tuple[Connections, Connection]:
     """The connection of a saddle-node at which the saddle connections between two places end."""
     if connected.last is None or not len(connected.equilibrium):
         raise RunError("the orbit's end is not known well enough to begin with")
@@ -195,7 +195,7 @@ def _limit(motion: MappedMotion, plane: Plane, connected: OrbitEnding, other: Or
 
 
 def _returning(
-    motion: MappedMotion, plane: Plane, connections: Connections, start: Connection, watch: Watch, looks: bool
+    motion: ModulatedMotion, plane: Plane, connections: Connections, start: Connection, watch: Watch, looks: bool
 ) -> tuple[list[Connection], Connection | None, str]:
     """One way along the curve; the connection of two saddle-nodes at which it ends, or why it ends elsewhere."""
     half, double, look, walk = list[Connection](), None, _LOOKED_EVERY, connections.walk(start)
@@ -229,7 +229,7 @@ def _pairs(connections: Connections, plane: Plane) -> FoldPairs:
     return FoldPairs(connections.rates, plane.wider)
 
 
-def _double(motion: MappedMotion, plane: Plane, connections: Connections, at: Connection) -> Connection | None:
+def _double(motion: ModulatedMotion, plane: Plane, connections: Connections, at: Connection) -> Connection | None:
     """The connection of two saddle-nodes near one that waits long where the first of them will be."""
     waits = waiting(connections, at)
     if waits is None:
@@ -254,14 +254,14 @@ def _double(motion: MappedMotion, plane: Plane, connections: Connections, at: Co
     return None
 
 
-def _connections(motion: MappedMotion, plane: Plane, time: float, folds: tuple[bool, bool]) -> Connections:
+def _connections(motion: ModulatedMotion, plane: Plane, time: float, folds: tuple[bool, bool]) -> Connections:
     """Connections of two different steady states: what an orbit winds lies in the states themselves."""
     none = np.zeros(len(motion.subject.system.states), int)
     return connections_of(motion, plane.paths, plane.wider, time, none, folds)
 
 
 def _from_double(
-    motion: MappedMotion, plane: Plane, double: Connection, lost: list[str], watch: Watch
+    motion: ModulatedMotion, plane: Plane, double: Connection, lost: list[str], watch: Watch
 ) -> tuple[EndingPoint, list[EndingCurve]]:
     """The point of the plane at a connection of two saddle-nodes, and the curves that begin there."""
     value, x, y = double.parameters[:3].tolist()

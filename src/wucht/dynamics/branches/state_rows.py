@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stability
+from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
+from wucht.dynamics.branches.orbit_branches import StoredOrbit, first_cycle, half_branch
+from wucht.dynamics.branches.orbit_endings import born_at, followed_to_end
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
-from wucht.studies.orbit_branch.orbit_walk import KeptOrbit, first_cycle, walked
-from wucht.studies.speed_curve.following import FollowedBranch, Stability
-from wucht.studies.stability_map.mapped_motion import MappedMotion, lost_states
-from wucht.studies.stability_map.orbit_endings import born_at, followed_to_end
 
 ONE = "one stable state"
 STABLE = 2  # a place's level: see ``LEVELS``
@@ -33,7 +33,7 @@ class SteadyRow:
     stable: tuple[tuple[str, ...], ...]
 
 
-def steady_row(second: float, branches: Sequence[FollowedBranch], values: np.ndarray) -> SteadyRow:
+def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.ndarray) -> SteadyRow:
     """From the branches of steady states over the first parameter."""
     found = []
     for value in values.tolist():
@@ -72,7 +72,7 @@ class OrbitRow:
     sides: tuple[OrbitSide, OrbitSide]
     values: np.ndarray
     stable: np.ndarray
-    special: tuple[KeptOrbit, ...]
+    special: tuple[StoredOrbit, ...]
     middle: SeedOrbit
     whole: SeedOrbit
 
@@ -97,7 +97,7 @@ class NoOrbit:
 
 
 def orbit_row(
-    motion: MappedMotion,
+    motion: ModulatedMotion,
     paths: tuple[str, str],
     bounds: Bounds,
     second: float,
@@ -119,7 +119,7 @@ def orbit_row(
 
 
 def further_row(
-    motion: MappedMotion, paths: tuple[str, str], bounds: Bounds, second: float, near: OrbitRow | None,
+    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, second: float, near: OrbitRow | None,
     given: tuple[SeedOrbit, ...], watch: Callable[[], None],
 ) -> OrbitRow | NoOrbit:  # fmt: skip
     """The branch of a motion that runs have reached: through one of the given orbits, or the neighbouring branch's."""
@@ -132,7 +132,7 @@ def further_row(
 
 
 def row_through(
-    motion: MappedMotion, paths: tuple[str, str], bounds: Bounds, second: float, seed: SeedOrbit, watch: Callable[[], None]
+    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, second: float, seed: SeedOrbit, watch: Callable[[], None]
 ) -> OrbitRow | NoOrbit:
     """The branch through an orbit, followed both ways. motion: at the value of the second parameter."""
     try:
@@ -148,13 +148,13 @@ def row_through(
 
 
 def _as_walked(
-    motion: MappedMotion, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
+    motion: ModulatedMotion, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
     watch: Callable[[], None],
 ) -> OrbitRow:  # fmt: skip
     """The row with stability as collocation has it, in all equations."""
     whole = motion.whole or motion.subject
     lifted = motion.lifted(replace(middle, longest=_LONGEST * middle.period))
-    parts = [walked(whole, bounds, lifted, onward, False, lambda _: watch()) for onward in (False, True)]
+    parts = [half_branch(whole, bounds, lifted, onward, False, lambda _: watch()) for onward in (False, True)]
     values = np.concatenate([p.values for p in parts])
     order = np.argsort(values)
     trusted = np.concatenate([p.trusted for p in parts])[order]
@@ -165,7 +165,7 @@ def _as_walked(
 
 
 def _beside(
-    motion: MappedMotion, path: str, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
+    motion: ModulatedMotion, path: str, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
     watch: Callable[[], None],
 ) -> OrbitRow:  # fmt: skip
     """The row where one direction leads out of the section: there the exponent is a mean, right however long the period is."""
@@ -183,13 +183,13 @@ def _beside(
     i = np.flatnonzero(out[:-1] * out[1:] < 0)
     lost = values[i] + out[i] / (out[i] - out[i + 1]) * (values[i + 1] - values[i])
     special = tuple(
-        KeptOrbit(c.problem.mesh.edges, c.problem.mesh.degree, c.states.T, c.period, float(at), BRANCH_POINT)
+        StoredOrbit(c.problem.mesh.edges, c.problem.mesh.degree, c.states.T, c.period, float(at), BRANCH_POINT)
         for c, at in zip([seen[k] for k in i.tolist()], lost.tolist(), strict=True)
     )
     return OrbitRow(second, sides, values, inside & (out < 0), special, middle, motion.lifted(seed))
 
 
-def transverse_exponent(motion: MappedMotion, path: str) -> Callable[[Cycle], float]:
+def transverse_exponent(motion: ModulatedMotion, path: str) -> Callable[[Cycle], float]:
     """ln mu of the one direction that leads out of the section, by an integral over an orbit."""
     whole, e = motion.whole, motion.subject.embedding
     assert whole is not None and e is not None
@@ -205,12 +205,14 @@ def transverse_exponent(motion: MappedMotion, path: str) -> Callable[[Cycle], fl
     return exponent
 
 
-def _side(motion: MappedMotion, path: str, bounds: Bounds, seed: SeedOrbit, way: int, watch: Callable[[], None]) -> OrbitSide:
+def _side(
+    motion: ModulatedMotion, path: str, bounds: Bounds, seed: SeedOrbit, way: int, watch: Callable[[], None]
+) -> OrbitSide:
     kind, value, sentence, last, at = followed_to_end(motion, path, bounds, seed, way, watch)
     return OrbitSide(kind, value, sentence, SeedOrbit.of(*last, "the end of a branch", both_ways=True), np.asarray(at))
 
 
-def _within(motion: MappedMotion, path: str, bounds: Bounds, seed: SeedOrbit, value: float) -> SeedOrbit:
+def _within(motion: ModulatedMotion, path: str, bounds: Bounds, seed: SeedOrbit, value: float) -> SeedOrbit:
     """The orbit of a branch at a value, or as near to it as it is followed."""
     low, high = sorted((seed.value, value))
     if high - low < 1e-6 * (bounds[1] - bounds[0]):
@@ -228,7 +230,7 @@ def _last_of(walk: object, start: Cycle) -> Cycle:
     return last
 
 
-def carried(motion: MappedMotion, paths: tuple[str, str], near: OrbitRow, second: float) -> SeedOrbit | None:
+def carried(motion: ModulatedMotion, paths: tuple[str, str], near: OrbitRow, second: float) -> SeedOrbit | None:
     """The middle orbit of a neighbouring branch, followed to another value of the second parameter; None where that fails."""
     seed, first = near.middle, near.middle.value
     if near.second == second:

@@ -1,4 +1,4 @@
-"""What is followed: the steady states of a subject along a parameter, whatever the subject is."""
+"""What branches are made of: the steady states of a machine, or of equations, along a parameter."""
 
 from __future__ import annotations
 
@@ -16,7 +16,24 @@ Watch = Callable[[], None]
 
 
 @dataclass(frozen=True)
-class Found:
+class BranchSettings:
+    """Which steady states are searched and followed.
+
+    points: values in the range, besides those near both ends, at which all states are searched. only: names of states that are
+    followed, None for all. show: the state that is drawn; None: the main rotor's speed, of equations their first state.
+    ranges: of the states of equations, in which equilibria are searched. inertia: of a machine's balancing bodies in the
+    averaged equations; None: as is usual for the machine.
+    """
+
+    points: int = 5
+    only: tuple[str, ...] | None = None
+    show: str | None = None
+    ranges: Mapping[str, tuple[float, float]] | None = None
+    inertia: bool | None = None
+
+
+@dataclass(frozen=True)
+class StatesAtValue:
     """The states at a value of the parameter: points (n+1,) of isolated ones, and families. complete: whether they are shown
     to be all. shown: how, or why not. speeds: between which it was searched, None where the speed is given, or is none.
     """
@@ -39,7 +56,7 @@ class Kind:
 
 
 @dataclass(frozen=True)
-class Shown:
+class Ordinates:
     """What is drawn of points (N,): a quantity, by default the speed; and the amplitude, not a number where there is none."""
 
     speed: np.ndarray
@@ -79,8 +96,8 @@ class SteadyStates(Protocol):
         """Of the parameter."""
 
     @property
-    def own_value(self) -> float:
-        """The parameter's value of the subject as it is."""
+    def nominal_value(self) -> float:
+        """The parameter's value of the machine, or of the equations, as they are."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -101,7 +118,7 @@ class SteadyStates(Protocol):
     def words(self) -> Words:
         """How results are written."""
 
-    def found(self, value: float, watch: Watch | None = None) -> Found:
+    def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
         """All states at a value. Raises ``InputError`` where they cannot be searched."""
 
     def same(self, u: np.ndarray, v: np.ndarray) -> bool:
@@ -110,7 +127,7 @@ class SteadyStates(Protocol):
     def kind(self, u: np.ndarray) -> Kind:
         """What the state at a point is called."""
 
-    def shown(self, u: np.ndarray) -> Shown:
+    def ordinates(self, u: np.ndarray) -> Ordinates:
         """Of points (n+1, N)."""
 
     def stated(self, u: np.ndarray) -> Mapping[str, float]:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
+from wucht.dynamics.branches.steady_states import Watch
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
@@ -19,9 +22,6 @@ from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.periods import equilibrium_equations
 from wucht.numerics.recurrence import recurrence, rests
-from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
-from wucht.studies.speed_curve.following import FollowedBranch
-from wucht.studies.speed_curve.steady_states import Watch
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
 _GROWS = 30.0  # so much longer the next run is at most: near a steady state rates tell nothing of the time that is needed
@@ -74,7 +74,7 @@ class SeedOrbit:
 
 
 @dataclass(frozen=True)
-class Tried:
+class SettlingRun:
     """What a run at a value came to. orbit: None where it is none. sentence: what was found instead. rests: a steady state."""
 
     value: float
@@ -84,7 +84,7 @@ class Tried:
 
 
 def cycles_of(
-    subject: OrbitSubject, bounds: tuple[float, float], winding: np.ndarray, scale: np.ndarray, longest: float
+    subject: OrbitProblem, bounds: tuple[float, float], winding: np.ndarray, scale: np.ndarray, longest: float
 ) -> Cycles:
     """The branches of a winding (n,). scale (n+1,): of states and parameter."""
     names = subject.system.state_names
@@ -96,8 +96,8 @@ def cycles_of(
 
 
 def orbit_of_run(
-    subject: OrbitSubject, bounds: tuple[float, float], value: float, until: float | None, longest: float | None, watch: Watch
-) -> Tried:
+    subject: OrbitProblem, bounds: tuple[float, float], value: float, until: float | None, longest: float | None, watch: Watch
+) -> SettlingRun:
     """Run at a value from the subject's own start until the motion repeats itself. until: how long that may take."""
     rates, parameters = Evaluator.of_rates(subject.system), subject.system.values({**subject.values, subject.path: value})
     span = times_of_change(rates, parameters)
@@ -119,9 +119,9 @@ def times_of_change(rates: Evaluator, parameters: Sequence[float]) -> Callable[[
 
 
 def orbit_near(
-    subject: OrbitSubject, bounds: tuple[float, float], value: float, state: np.ndarray, span: Callable[[np.ndarray], float],
+    subject: OrbitProblem, bounds: tuple[float, float], value: float, state: np.ndarray, span: Callable[[np.ndarray], float],
     watch: Watch, longest: float | None = None, runs: int = _RUNS,
-) -> Tried:  # fmt: skip
+) -> SettlingRun:  # fmt: skip
     """The orbit on which a run at a value of the parameter settles, or what becomes of it.
 
     The run goes on, twice as long each time, until that is seen; where it repeats itself, Newton's method begins with one more
@@ -146,9 +146,9 @@ def orbit_near(
         last = max(2 * last, min(span(state), _GROWS * last)) if last else span(state)
         run = integrate(compiled, state, parameters, np.linspace(0.0, last, _SAMPLES)).uninterrupted()
         if run.failure is not None:
-            return Tried(value, None, f"{at} the run fails: {run.failure}")
+            return SettlingRun(value, None, f"{at} the run fails: {run.failure}")
         if rests(run.states[:, _SAMPLES // 2 :]):
-            return Tried(value, None, f"{at} it settles in a steady state", rests=True)
+            return SettlingRun(value, None, f"{at} it settles in a steady state", rests=True)
         done, state = done + last, run.states[:, -1]
         state = state - np.where(subject.turning, 2 * np.pi * np.round(state / (2 * np.pi)), 0.0)
         found = recurrence(run.time, run.states, subject.turning)
@@ -156,7 +156,7 @@ def orbit_near(
             continue
         period = integrate(compiled, state, parameters, np.linspace(0.0, found.period, _SAMPLES)).uninterrupted()
         if period.failure is not None:
-            return Tried(value, None, f"{at} the run fails: {period.failure}")
+            return SettlingRun(value, None, f"{at} the run fails: {period.failure}")
         least = _LEAST_EXTENT * np.maximum(np.abs(period.states).max(axis=1), _LEAST_EXTENT)
         scale = np.where(subject.turning, 1.0, np.maximum(np.ptp(period.states, axis=1), least))
         cycles = _cycles(subject, bounds, found.turns, scale, found.period, longest)
@@ -166,12 +166,12 @@ def orbit_near(
             continue
         if abs(cycle.period / found.period - 1) < _PERIODS_AGREE:
             orbit = SeedOrbit.of(cycles, cycle, f"a run {at}", both_ways=True)
-            return Tried(value, orbit, f"{at} it settles on an orbit of period {cycle.period:.6g}")
-    return Tried(value, None, f"{at} it has settled neither in a steady state nor on an orbit after {done:.4g}")
+            return SettlingRun(value, orbit, f"{at} it settles on an orbit of period {cycle.period:.6g}")
+    return SettlingRun(value, None, f"{at} it has settled neither in a steady state nor on an orbit after {done:.4g}")
 
 
 def _cycles(
-    subject: OrbitSubject, bounds: tuple[float, float], winding: np.ndarray, sizes: np.ndarray, period: float,
+    subject: OrbitProblem, bounds: tuple[float, float], winding: np.ndarray, sizes: np.ndarray, period: float,
     longest: float | None,
 ) -> Cycles:  # fmt: skip
     """``cycles_of`` for a first orbit. sizes (n,): by how much states change when they change much."""
@@ -180,7 +180,7 @@ def _cycles(
 
 
 def orbits_of_hopf_points(
-    subject: OrbitSubject, bounds: tuple[float, float], branches: tuple[FollowedBranch, ...], sizes: np.ndarray,
+    subject: OrbitProblem, bounds: tuple[float, float], branches: tuple[EquilibriumBranch, ...], sizes: np.ndarray,
     longest: float | None,
 ) -> tuple[SeedOrbit | str, ...]:  # fmt: skip
     """The first orbits at the Hopf points of steady states, or sentences why there is none.

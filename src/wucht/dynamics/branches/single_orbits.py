@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of
+from wucht.dynamics.branches.orbit_branches import StoredOrbit, peak, stored_orbit
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.errors import RunError
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import settled
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
-from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
-from wucht.studies.orbit_branch.orbit_walk import KeptOrbit, kept_of, peak
 
 _PLACES = 400  # at which an orbit is drawn
 _STEPS_THERE = 100  # from an orbit that was kept
@@ -48,7 +48,7 @@ class ReportedOrbit:
     kind: str
 
 
-def near(kept: Sequence[KeptOrbit], value: float) -> list[tuple[KeptOrbit, ...]]:
+def near(kept: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, ...]]:
     """Of each passage of a branch through a value the orbits beside it, the nearest first."""
     values = np.array([k.value for k in kept])
     passed = np.flatnonzero((values[:-1] - value) * (values[1:] - value) < 0).tolist()
@@ -57,31 +57,31 @@ def near(kept: Sequence[KeptOrbit], value: float) -> list[tuple[KeptOrbit, ...]]
 
 
 def reported(
-    subject: OrbitSubject, bounds: tuple[float, float], seed: SeedOrbit, beside: Sequence[KeptOrbit], value: float
+    subject: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float
 ) -> ReportedOrbit | str:
     """The orbit at a value beside some that were kept, or why it is not found."""
     cycles = cycles_of(subject, bounds, seed.winding, seed.scale, 2 * seed.longest)
     try:
         # At a special orbit the equations are singular, and it was located as well as it can be.
-        found = beside[0] if beside[0].kind else kept_of(_at(cycles, beside, value))
+        found = beside[0] if beside[0].kind else stored_orbit(_at(cycles, beside, value))
         values, along = _exponents(subject, found, value)
     except RunError as error:
         return f"the orbit at {subject.path} = {value:.6g} is not reported: {error}"
     mesh, tau, fine = found.mesh, np.linspace(0.0, 1.0, _PLACES), np.linspace(0.0, 1.0, _FINE)
-    shown, amplitude = subject.seen(mesh.at(found.states, tau).T, value)
+    shown, amplitude = subject.observables(mesh.at(found.states, tau).T, value)
     low, high, least, largest = (
-        side * peak(fine, side * x) for x in subject.seen(mesh.at(found.states, fine).T, value) for side in (-1, 1)
+        side * peak(fine, side * x) for x in subject.observables(mesh.at(found.states, fine).T, value) for side in (-1, 1)
     )
     speed = np.abs(shown) if subject.rotor else np.full(_PLACES, np.nan)
     turned = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * found.period
-    pieces = mesh.pieces(subject.seen(found.states.T, value)[0][:, None])[..., 0]
+    pieces = mesh.pieces(subject.observables(found.states.T, value)[0][:, None])[..., 0]
     whole = abs(float((mesh.weights * (pieces @ mesh.basis.values.T)).sum())) * found.period if subject.rotor else np.nan
     return ReportedOrbit(
         value, found.period, whole, low, high, least, largest, values, along, shown, amplitude, turned, found.kind
     )
 
 
-def _at(cycles: Cycles, beside: Sequence[KeptOrbit], value: float) -> Cycle:
+def _at(cycles: Cycles, beside: Sequence[StoredOrbit], value: float) -> Cycle:
     """The orbit at a value: by Newton's method from one that was kept, else by following the branch from there.
 
     Raises ``RunError``.
@@ -93,11 +93,11 @@ def _at(cycles: Cycles, beside: Sequence[KeptOrbit], value: float) -> Cycle:
     raise RunError("neither Newton's method nor the branch leads to it from the orbits beside it")
 
 
-def _corrected(cycles: Cycles, orbit: KeptOrbit, value: float) -> Cycle:
+def _corrected(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
     return settled(cycles, orbit.mesh, orbit.states, orbit.period, value)
 
 
-def _followed(cycles: Cycles, orbit: KeptOrbit, value: float) -> Cycle:
+def _followed(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
     start, up = _corrected(cycles, orbit, orbit.value), value > orbit.value
     bounds = (-math.inf, value) if up else (value, math.inf)
     to = replace(cycles, bounds=bounds, steps=replace(cycles.steps, points=_STEPS_THERE))
@@ -108,7 +108,7 @@ def _followed(cycles: Cycles, orbit: KeptOrbit, value: float) -> Cycle:
     return last
 
 
-def _exponents(subject: OrbitSubject, orbit: KeptOrbit, value: float) -> tuple[np.ndarray, float]:
+def _exponents(subject: OrbitProblem, orbit: StoredOrbit, value: float) -> tuple[np.ndarray, float]:
     """Per unit of time, the largest first, and ln mu of the trivial multiplier."""
     parameters = {**subject.values, subject.path: value}
     at_edges = orbit.states[:: orbit.degree].T

@@ -1,9 +1,10 @@
-"""The equations whose orbits are followed, and what is seen of a state: of a machine, or of one's own equations."""
+"""The equations whose orbits are followed, and what is drawn of a state: of a machine, or of a user's equations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -15,25 +16,44 @@ from wucht.errors import InputError, nearest
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.system import TIME, System
 
 
-@dataclass(frozen=True, eq=False)
-class OrbitSubject:
-    """Equations and how they are seen.
+@dataclass(frozen=True)
+class OrbitSettings:
+    """Which equations, what is drawn, and how far orbits are followed.
 
-    system: without outputs. values: of its parameters. initial: value of the parameter -> state (n,) to run from. seen: states
-    (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. show: the state
-    that is drawn, None: the main rotor's speed. unit, length, time: units. inertia: of a machine's balancing bodies. embedding:
-    (n_whole, n), where these are kept together, the states of all averaged equations from these.
+    start: the state from which a run looks for a first orbit, until a time at most. longest: the period up to which a branch is
+    followed; None: some times that of its first orbit. switch: whether other branches are followed from branch points and
+    period doublings. together: equal balancing bodies keep equal phases. show: the state of equations that is drawn; ranges: of
+    their states, in which equilibria are searched. inertia: of a machine's balancing bodies.
+    """
+
+    start: Mapping[str, Any] = field(default_factory=dict)
+    until: float | None = None
+    longest: float | None = None
+    switch: bool = False
+    together: bool = False
+    show: str | None = None
+    ranges: Mapping[str, tuple[float, float]] | None = None
+    inertia: bool | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitProblem:
+    """Equations and what is drawn of their states.
+
+    system: without outputs. values: of its parameters. initial: value of the parameter -> state (n,) to run from. observables:
+    states (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. show:
+    the state that is drawn, None: the main rotor's speed. unit, length, time: units. inertia: of a machine's balancing bodies.
+    embedding: (n_whole, n), where these are kept together, the states of all averaged equations from these.
     """
 
     system: System
     values: Mapping[str, float]
     path: str
     initial: Callable[[float], np.ndarray]
-    seen: Callable[[np.ndarray, float], np.ndarray]
+    observables: Callable[[np.ndarray, float], np.ndarray]
     show: str | None
     unit: str
     length: str
@@ -41,6 +61,16 @@ class OrbitSubject:
     inertia: bool | None = None
     embedding: np.ndarray | None = None
     warnings: tuple[str, ...] = field(default_factory=tuple)
+
+    @classmethod
+    def of(cls, subject: Machine | OwnEquations, path: str, settings: OrbitSettings) -> OrbitProblem:
+        """The equations along a parameter.
+
+        Raises ``InputError`` where a machine has no averaged equations, where a user's depend on time, or a key does not fit.
+        """
+        if isinstance(subject, Machine):
+            return _of_machine(settings, subject, path)
+        return _of_equations(settings, subject, path)
 
     @property
     def rotor(self) -> bool:
@@ -63,37 +93,29 @@ class OrbitSubject:
         return {n: self.values[n] for n in self.system.parameter_names if n != self.path}
 
 
-def orbit_subject(spec: OrbitBranch, subject: Machine | OwnEquations, path: str) -> OrbitSubject:
-    """The equations of a question along a parameter.
-
-    Raises ``InputError`` where a machine has no averaged equations, where one's own depend on time, or a key does not fit.
-    """
-    of: Callable[..., OrbitSubject] = _of_machine if isinstance(subject, Machine) else _of_equations
-    return of(spec, subject, path)
-
-
-def _of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitSubject:
-    if spec.show is not None or spec.ranges is not None:
-        key = "show" if spec.show is not None else "ranges"
-        raise InputError(f"study.{key}", getattr(spec, key), "allowed for a table [system] only")
+def _of_machine(settings: OrbitSettings, machine: Machine, path: str) -> OrbitProblem:
+    if settings.show is not None or settings.ranges is not None:
+        key = "show" if settings.show is not None else "ranges"
+        raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only")
     steady = steady_machine(machine, None)
-    inertia = keeps_inertia(steady, spec.inertia)
+    inertia = keeps_inertia(steady, settings.inertia)
     averaged = averaged_machine(steady, inertia)
-    part = section_of(averaged, True) if spec.together else None
+    part = section_of(averaged, True) if settings.together else None
     system = _bare(averaged.system if part is None else part.system)
     if path not in system.parameter_names:
         raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
 
     def initial(value: float) -> np.ndarray:
         at = steady.with_unchecked({path: value})
-        state = initial_state(at, spec.start)
+        state = initial_state(at, settings.start)
         slow = averaged_machine(at, inertia)
         whole = slow.state(angles_in(at, state), speeds_in(at, state))
         return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]
 
     units = steady.units
-    return OrbitSubject(
-        system=system, values=steady.values, path=path, initial=initial, seen=_seen(averaged, part, path, steady), show=None,
+    return OrbitProblem(
+        system=system, values=steady.values, path=path, initial=initial,
+        observables=_observables(averaged, part, path, steady), show=None,
         unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
         inertia=inertia, embedding=None if part is None else part.embedding, warnings=averaged.warnings,
     )  # fmt: skip
@@ -103,7 +125,7 @@ def _bare(system: System) -> System:
     return System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
 
 
-def _seen(
+def _observables(
     averaged: AveragedMachine, part: Section | None, path: str, machine: Machine
 ) -> Callable[[np.ndarray, float], np.ndarray]:
     """The main rotor's speed with its sign and the amplitude of the axis."""
@@ -111,33 +133,33 @@ def _seen(
     outputs = [system.output(f"speed[{rotor}]").expression, system.output("amplitude").expression]
     evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), averaged.senses[rotor]
 
-    def seen(states: np.ndarray, value: float) -> np.ndarray:
+    def observables(states: np.ndarray, value: float) -> np.ndarray:
         whole = states if part is None else part.embedding @ states
         found = evaluator(np.zeros(whole.shape[1]), whole, system.values({**machine.values, path: value}))
         return np.array([sense * found["speed"], found["amplitude"]])
 
-    return seen
+    return observables
 
 
-def _of_equations(spec: OrbitBranch, own: OwnEquations, path: str) -> OrbitSubject:
-    system, names = _bare(own.system), own.system.state_names
+def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str) -> OrbitProblem:
+    system, names = _bare(subject.system), subject.system.state_names
     for key in ("inertia", "together"):
-        if getattr(spec, key):
-            raise InputError(f"study.{key}", getattr(spec, key), "allowed for a machine only")
+        if getattr(settings, key):
+            raise InputError(f"study.{key}", getattr(settings, key), "allowed for a machine only")
     if any(TIME in e.free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
         raise InputError("system", None, "these equations depend on the time t: give the phase of the forcing as a state")
     turning = {s.name for s in system.angles}
-    show = spec.show or next((n for n in names if n not in turning), names[0])
-    for name, where in [(show, "study.show"), *((n, f"study.start.{n}") for n in spec.start)]:
+    show = settings.show or next((n for n in names if n not in turning), names[0])
+    for name, where in [(show, "study.show"), *((n, f"study.start.{n}") for n in settings.start)]:
         if name not in names:
             raise InputError(where, name, f"unknown state; {nearest(name, names)}")
-    start = np.array([_number(spec.start.get(n, 0.0), f"study.start.{n}") for n in names])
+    start = np.array([_number(settings.start.get(n, 0.0), f"study.start.{n}") for n in names])
     row = names.index(show)
 
-    def seen(states: np.ndarray, value: float) -> np.ndarray:
+    def observables(states: np.ndarray, value: float) -> np.ndarray:
         return np.array([states[row], np.full(states.shape[1], np.nan)])
 
-    return OrbitSubject(system, own.values, path, lambda _: start, seen, show, "", "", "")
+    return OrbitProblem(system, subject.values, path, lambda _: start, observables, show, "", "", "")
 
 
 def _number(given: object, where: str) -> float:

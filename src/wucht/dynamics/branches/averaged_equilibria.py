@@ -10,21 +10,22 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.search import all_states, multiplicity, same_state
 from wucht.analysis.configurations.state_names import name_of, residual_unbalance, type_of
-from wucht.analysis.configurations.steady_machine import driven_speeds
+from wucht.analysis.configurations.steady_machine import MOST_BODIES, driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import unbalances
+from wucht.dynamics.branches.steady_states import BranchSettings, Kind, Ordinates, StatesAtValue, Watch, Words, in_words
+from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import within_half_a_turn, wrapped
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words, in_words
 from wucht.system import System
 
 _STEPS = Steps(first=0.01, most=0.04, turn=0.06, points=4000)
@@ -36,7 +37,7 @@ _SAMPLES = 5  # of the range: where the fastest speed is looked for
 
 
 @dataclass(frozen=True)
-class SlowStates:
+class AveragedEquilibria:
     """The equilibria of the averaged equations of a machine.
 
     machine: with its schedules done. path: of the parameter. bounds: of it. inertia: of the balancing bodies. show:
@@ -49,6 +50,32 @@ class SlowStates:
     bounds: tuple[float, float]
     inertia: bool
     show: str | None = None
+
+    @classmethod
+    def of(
+        cls, machine: Machine, path: str, bounds: tuple[float, float], settings: BranchSettings
+    ) -> AveragedEquilibria:  # fmt: skip
+        """Raises ``InputError`` where a setting does not fit the machine, or it has no averaged equations or steady states."""
+        if len(machine.bodies) > MOST_BODIES:
+            most = f"there must be at most {MOST_BODIES}, the main rotor included"
+            raise InputError("machine.bodies", len(machine.bodies), most)
+        if settings.ranges is not None:
+            raise InputError("study.ranges", dict(settings.ranges), "allowed for a table [system] only")
+        if machine.shaken is not None:
+            sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
+            raise InputError("machine.carrier.motion", None, sentence)
+        steady = turning(machine, None)
+        states = cls(steady, path, bounds, keeps_inertia(steady, settings.inertia), settings.show)
+        if not states.names:
+            why = "its speed is prescribed and nothing else turns: no state is left that could depend on a parameter"
+            raise InputError("machine.drive", None, f"{why}; study.kind = 'response' shows its vibration")
+        if path not in states.averaged.system.parameter_names:
+            raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
+        if settings.show is not None and settings.show not in states.names:
+            raise InputError("study.show", settings.show, f"unknown state; {nearest(settings.show, states.names)}")
+        if not states.fastest > 0:
+            raise InputError("study.range", list(bounds), "nothing drives the machine there: it has no steady operation")
+        return states
 
     @cached_property
     def averaged(self) -> AveragedMachine:
@@ -110,17 +137,19 @@ class SlowStates:
         """See ``SteadyStates``."""
         return 1.0 if self.show is not None and self.show.endswith(".phase") else self.fastest
 
-    def found(self, value: float, watch: Watch | None = None) -> Found:
+    def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
         """See ``SteadyStates``: those of equal bodies that are exchanged and those of a family once."""
         torques, (low, high) = self.at(value).torques, self.driven(value)
         if torques.given is None and not high > 0:
-            return Found((), (), True, "nothing drives the machine there")
+            return StatesAtValue((), (), True, "nothing drives the machine there")
         search = all_states(torques, low, high, watch)
         isolated, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
         points = tuple(self.point(s, value) for s in isolated)
         # The speeds are told once for all values at which it is searched.
         shown = search.shown.replace(in_words((low, high), self.machine.units.speed), "speeds")
-        return Found(points, tuple(families), search.complete, shown, None if torques.given is not None else (low, high))
+        return StatesAtValue(
+            points, tuple(families), search.complete, shown, None if torques.given is not None else (low, high)
+        )
 
     def point(self, state: State, value: float) -> np.ndarray:
         """u (n+1,) of a state."""
@@ -172,13 +201,13 @@ class SlowStates:
         values = tuple(self.machine.values[p.name] for p in kept)
         return Evaluator.of(whole, wanted, ["amplitude", "speed", "size"]), values
 
-    def shown(self, u: np.ndarray) -> Shown:
+    def ordinates(self, u: np.ndarray) -> Ordinates:
         """See ``SteadyStates``: the main rotor's speed with its sign, or the state that was chosen."""
         evaluator, values = self._observed
         found = evaluator(np.zeros(u.shape[1]), u, values)
         amplitude, speed = np.asarray(found["amplitude"]), self._sense * found["speed"]
         amplitude = np.where(amplitude < _ROUNDING * found["size"], 0.0, amplitude)  # where unbalances compensate
-        return Shown(speed if self.show is None else u[self._rows[self.show]], amplitude)
+        return Ordinates(speed if self.show is None else u[self._rows[self.show]], amplitude)
 
     @property
     def _sense(self) -> float:
@@ -210,7 +239,7 @@ class SlowStates:
         return f"no drive can keep more than {high:.4g} {unit}".rstrip()
 
     @property
-    def own_value(self) -> float:
+    def nominal_value(self) -> float:
         """See ``SteadyStates``."""
         return self.machine.values[self.path]
 

@@ -1,4 +1,4 @@
-"""The equilibria of a user's own equations along a parameter."""
+"""The equilibria of a user's equations along a parameter."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.errors import RunError
+from wucht.dynamics.branches.steady_states import BranchSettings, Kind, Ordinates, StatesAtValue, Watch, Words
+from wucht.errors import InputError, RunError, nearest
 from wucht.files.own_equations import OwnEquations
 from wucht.numerics.angles import wrapped
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import deflated, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
-from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words
+from wucht.system import TIME
 
 _STEPS = Steps(first=0.01, most=0.05, turn=0.06, points=4000)
 _STARTS = 64
@@ -26,49 +27,73 @@ _AROUND = 1.0  # of an interval of a state: how far beyond it branches are follo
 
 
 @dataclass(frozen=True)
-class OwnStates:
+class SystemEquilibria:
     """Equilibria of equations. path: of the parameter. bounds: of it. ranges: of states, in which equilibria are searched.
 
     show: the state that is drawn. Points u (n+1,) are states and the parameter's value.
     """
 
-    own: OwnEquations
+    subject: OwnEquations
     path: str
     bounds: tuple[float, float]
     ranges: Mapping[str, tuple[float, float]]
     show: str
 
+    @classmethod
+    def of(
+        cls, subject: OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings
+    ) -> SystemEquilibria:  # fmt: skip
+        """Raises ``InputError`` where a setting does not fit the equations, or they depend on time."""
+        names, turning = subject.system.state_names, {s.name for s in subject.system.angles}
+        for key, given in (("only", settings.only), ("inertia", settings.inertia)):
+            if given is not None:
+                raise InputError(f"study.{key}", given, "allowed for a machine only")
+        if any(TIME in e.free_symbols for e in (*subject.system.derivatives, *(e for _, e in subject.system.definitions))):
+            raise InputError("system", None, "these equations depend on the time t: they have no equilibria")
+        show = settings.show or names[0]
+        if show not in names:
+            raise InputError("study.show", show, f"unknown state; {nearest(show, names)}")
+        ranges = dict.fromkeys(turning, (0.0, 2 * np.pi)) | dict(settings.ranges or {})
+        for name in ranges:
+            if name not in names:
+                raise InputError(f"study.ranges.{name}", list(ranges[name]), f"unknown state; {nearest(name, names)}")
+        for name in names:
+            if name not in ranges:
+                needed = f"needed is a pair [low, high] for {name}: ranges = {{ {name} = [low, high] }}"
+                raise InputError("study.ranges", None, f"this key is missing; {needed}, in which equilibria are searched")
+        return cls(subject, path, bounds, {n: ranges[n] for n in names}, show)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Of the states (n)."""
-        return self.own.system.state_names
+        return self.subject.system.state_names
 
     @property
-    def own_value(self) -> float:
+    def nominal_value(self) -> float:
         """See ``SteadyStates``."""
-        return float(self.own.values[self.path])
+        return float(self.subject.values[self.path])
 
     @cached_property
     def equilibria(self) -> Equilibria:
         """As they are followed: states and parameter by the widths of their ranges, angles by a radian."""
-        turning = {s.name for s in self.own.system.angles}
+        turning = {s.name for s in self.subject.system.angles}
         limits = {
             i: (low - _AROUND * (high - low), high + _AROUND * (high - low))
             for i, (n, (low, high)) in enumerate(self.ranges.items())
             if n not in turning
         }
-        equations = Equations.of(self.own.system, [self.path], self.own.values, self._scale)
+        equations = Equations.of(self.subject.system, [self.path], self.subject.values, self._scale)
         return Equilibria(equations, self.bounds, _STEPS, limits)
 
     @property
     def _scale(self) -> dict[str, float]:
-        turning = {s.name for s in self.own.system.angles}
+        turning = {s.name for s in self.subject.system.angles}
         sizes = {n: high - low for n, (low, high) in self.ranges.items() if n not in turning}
         return sizes | {self.path: self.bounds[1] - self.bounds[0]}
 
     def equations_with(self, second: str, width: float) -> Equations:
         """See ``SteadyStates``."""
-        return Equations.of(self.own.system, [self.path, second], self.own.values, self._scale | {second: width})
+        return Equations.of(self.subject.system, [self.path, second], self.subject.values, self._scale | {second: width})
 
     @property
     def size_of_shown(self) -> float:
@@ -80,7 +105,7 @@ class OwnStates:
         """See ``SteadyStates``."""
         return Words(f"state {self.show}", "", self.show)
 
-    def found(self, value: float, watch: Watch | None = None) -> Found:
+    def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
         """See ``SteadyStates``: by Newton's method from many starts within the ranges, known states being divided out."""
         if watch is not None:
             watch()
@@ -94,7 +119,7 @@ class OwnStates:
         width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
         shown = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: no proof that none is missing"
-        return Found(tuple(np.append(x, value) for x in inside), (), False, shown)
+        return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, shown)
 
     def same(self, u: np.ndarray, v: np.ndarray) -> bool:
         """See ``SteadyStates``: but for whole turns of angles."""
@@ -108,13 +133,13 @@ class OwnStates:
         """See ``SteadyStates``: they have no names."""
         return Kind()
 
-    def shown(self, u: np.ndarray) -> Shown:
+    def ordinates(self, u: np.ndarray) -> Ordinates:
         """See ``SteadyStates``."""
-        return Shown(u[self.names.index(self.show)], np.full(u.shape[1], math.nan))
+        return Ordinates(u[self.names.index(self.show)], np.full(u.shape[1], math.nan))
 
     def stated(self, u: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``."""
-        turning = {s.name for s in self.own.system.angles}
+        turning = {s.name for s in self.subject.system.angles}
         return {n: float(wrapped(x) if n in turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
 
     def end(self, u: np.ndarray) -> str:

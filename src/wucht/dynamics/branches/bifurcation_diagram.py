@@ -1,0 +1,302 @@
+"""Bifurcation diagram of steady states: the search at some values of a parameter, and the branches through what is there."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.analysis.configurations.closed_form import State
+from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
+from wucht.dynamics.branches.equilibrium_branches import (
+    EquilibriumBranch,
+    Stability,
+    branch_through,
+    lies_on,
+    points_at,
+    repeats,
+    stability,
+    stability_from_share,
+)
+from wucht.dynamics.branches.family_curve import FamilyCurve
+from wucht.dynamics.branches.second_parameter import BifurcationCurve, SecondParameter, curve_through, passes, starts
+from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates
+from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.dynamics.parameters import ends_of, parameter_of, with_parameters
+from wucht.dynamics.work import Work
+from wucht.errors import RunError, WuchtError
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+
+MOST_BRANCHES = 100  # of one value of the second parameter
+_SEARCHING = 0.9  # share of the work
+_NEAR_AN_END = 1e-3  # of the range
+_DECADE = 10.0
+
+
+@dataclass(frozen=True)
+class BranchCase:
+    """What is searched and followed.
+
+    curves: the states along the parameter, for each value of a second one (None where there are no such values). families:
+    those of each of these curves, None where there are none. plane: the second parameter where it has a range. values: of the
+    parameter, at which all states are searched. only: the names of states that are followed, None for all.
+    """
+
+    curves: tuple[tuple[float | None, SteadyStates], ...]
+    families: tuple[FamilyCurve | None, ...]
+    plane: SecondParameter | None
+    values: tuple[float, ...]
+    only: tuple[str, ...] | None
+
+    @classmethod
+    def of(
+        cls, subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings,
+        plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
+    ) -> BranchCase:  # fmt: skip
+        """The states of a machine, or of equations, over the parameter of a path. second: another parameter and its values.
+
+        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        """
+        bounds = ends_of(subject, parameter_of(subject, path), bounds)
+        made = [(None, *_states(subject, path, bounds, settings))] if second is None else [
+            (v, *_states(with_parameters(subject, {second[0]: v}), path, bounds, settings)) for v in dict.fromkeys(second[1])
+        ]  # fmt: skip
+        values = _searched_values(bounds, settings.points)
+        return cls(tuple((v, states) for v, states, _ in made), tuple(f for _, _, f in made), plane, values, settings.only)
+
+    @property
+    def states(self) -> SteadyStates:
+        """Those along the parameter, at the first value of the second one."""
+        return self.curves[0][1]
+
+
+def _states(
+    subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings
+) -> tuple[SteadyStates, FamilyCurve | None]:
+    if isinstance(subject, Machine):
+        states = AveragedEquilibria.of(subject, path, bounds, settings)
+        return states, FamilyCurve(states)
+    return SystemEquilibria.of(subject, path, bounds, settings), None
+
+
+def _searched_values(bounds: tuple[float, float], points: int) -> tuple[float, ...]:
+    """Values over a range, evenly or, over decades, in a constant ratio, and one near each end."""
+    (low, high), between = bounds, (np.arange(points) + 0.5) / points
+    inside = low * (high / low) ** between if low > 0 and high > _DECADE * low else low + (high - low) * between
+    near = _NEAR_AN_END * (high - low)
+    return (low + near, *inside.tolist(), high - near)
+
+
+@dataclass(frozen=True)
+class SearchedValue:
+    """A value at which all states were searched, and between which speeds. failure: why they could not be."""
+
+    value: float
+    second: float | None
+    states: int
+    complete: bool
+    shown: str
+    speeds: tuple[float, float] | None = None
+    failure: str | None = None
+
+
+@dataclass(frozen=True)
+class NominalState:
+    """A state at the parameter's value as it is: u (n+1,), exponents (k,), the number of its branch, and of a family the share
+    of its members that are stable.
+    """
+
+    u: np.ndarray
+    exponents: np.ndarray
+    branch: int
+    share: float | None = None
+
+    @property
+    def stability(self) -> Stability:
+        """Of the state, or of the family's members."""
+        return Stability(int(stability(self.exponents[:, None])[0])) if self.share is None else stability_from_share(self.share)
+
+
+@dataclass(frozen=True)
+class BranchFindings:
+    """So far.
+
+    nominal: at the parameter's value as it is. curves: of folds and Hopf points in two parameters. lost: sentences on what
+    could not be followed. complete: nothing is left to do.
+    """
+
+    searched: tuple[SearchedValue, ...] = ()
+    branches: tuple[EquilibriumBranch, ...] = ()
+    nominal: tuple[NominalState, ...] = ()
+    curves: tuple[BifurcationCurve, ...] = ()
+    lost: tuple[str, ...] = field(default_factory=tuple)
+    complete: bool = False
+
+
+Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete than that before; the last is returned
+
+
+def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
+    """Search and follow; the findings after each branch."""
+    findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
+    for k, ((second, states), family) in enumerate(zip(case.curves, case.families, strict=True)):
+        part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
+        findings = yield from _one(_Progress(case, second, findings), states, family, part)
+    if case.plane is not None:
+        findings = yield from _curves(case.states, case.plane, findings, work)
+    work.report(1.0)
+    yield replace(findings, complete=True)
+
+
+def _one(done: _Progress, states: SteadyStates, family: FamilyCurve | None, work: Work) -> Stage:
+    """With one value of the second parameter."""
+    searched = done.case.values
+    for i, value in enumerate(searched):
+        share = _SEARCHING * i / len(searched)
+        work.report(share, f"searching at {states.path} = {value:.5g}")
+        watch = partial(work.report, share, "searching")
+        found = work.unit(f"states at {value!r}", partial(_searched, states, value, watch))
+        yield done.add_search(value, found)
+        if isinstance(found, str):
+            continue
+        for state in found.families if done.wanted("compensating") else ():
+            if not done.full and family is not None and not any(family.same(b, state, value) for b in done.families):
+                unit = work.unit(f"family {len(done.branches)}", partial(_family, family, state, value))
+                yield done.add(unit, states.path, value)
+        for u in found.points:
+            if done.full or not done.wanted(states.kind(u).name) or lies_on(states, done.branches, u):
+                continue
+            branch = work.unit(f"branch from {u.tolist()!r}", partial(_from, states, u, None))
+            # A state that is a special point itself may belong to a known branch and yet not be recognised on it.
+            if isinstance(branch, str):
+                yield done.add(branch, states.path, value)
+            elif not repeats(states, done.branches, branch):
+                yield done.add(branch, states.path, value)
+                yield from _offshoots(states, done, branch, work)
+    nominal = states.nominal_value
+    if done.second is None and states.bounds[0] <= nominal <= states.bounds[1]:
+        work.report(_SEARCHING, "the machine's own value")
+        yield done.add_nominal(work.unit("own", partial(_nominal, states, family, tuple(done.branches), nominal)))
+    return done.findings
+
+
+def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindings, work: Work) -> Stage:
+    """The curves through all folds and Hopf points, each once."""
+    special = starts(findings.branches)
+    for k, (of, kind, u) in enumerate(special):
+        work.report(0.5 + 0.5 * k / len(special), f"{of}s in two parameters")
+        if any(passes(states, second, c, of, u) for c in findings.curves):
+            continue
+        curve = work.unit(f"curve {k}", partial(curve_through, states, second, of, kind, u))
+        if isinstance(curve, str):
+            sentence = f"the {of} at {states.path} = {u[-1]:.6g} is not followed as {second.path} changes: {curve}"
+            findings = replace(findings, lost=(*findings.lost, sentence))
+        else:
+            findings = replace(findings, curves=(*findings.curves, curve))
+        yield findings
+    return findings
+
+
+class _Progress:
+    """The branches at one value of the second parameter, and the findings with those before it."""
+
+    def __init__(self, case: BranchCase, second: float | None, before: BranchFindings) -> None:
+        self.case, self.second, self.findings = case, second, before
+        self.branches: list[EquilibriumBranch] = []
+
+    @property
+    def families(self) -> list[EquilibriumBranch]:
+        """Those branches that stand for families."""
+        return [b for b in self.branches if b.dimension]
+
+    @property
+    def full(self) -> bool:
+        """Whether no more branches are followed."""
+        return len(self.branches) >= MOST_BRANCHES
+
+    def wanted(self, name: str | None) -> bool:
+        """Whether states of this name are followed."""
+        return self.case.only is None or name in self.case.only
+
+    def add_search(self, value: float, found: StatesAtValue | str) -> BranchFindings:
+        """With one more value at which it was searched."""
+        if isinstance(found, str):
+            made = SearchedValue(value, self.second, 0, False, "", failure=found)
+        else:
+            count = len(found.points) + len(found.families)
+            made = SearchedValue(value, self.second, count, found.complete, found.shown, found.speeds)
+        self.findings = replace(self.findings, searched=(*self.findings.searched, made))
+        return self.findings
+
+    def add(self, branch: EquilibriumBranch | str, path: str, value: float) -> BranchFindings:
+        """With one more branch, or the sentence why it cannot be followed."""
+        if isinstance(branch, str):
+            sentence = f"a state at {path} = {value:.6g} is not followed: {branch}"
+            self.findings = replace(self.findings, lost=tuple(dict.fromkeys((*self.findings.lost, sentence))))
+        else:
+            self.branches.append(replace(branch, second=self.second))
+            self.findings = replace(self.findings, branches=(*self.findings.branches, self.branches[-1]))
+            if self.full:
+                sentence = f"more than {MOST_BRANCHES} branches: the others are left out; study.only restricts them"
+                self.findings = replace(self.findings, lost=(*self.findings.lost, sentence))
+        return self.findings
+
+    def add_nominal(self, states: Sequence[NominalState]) -> BranchFindings:
+        """With the states at the parameter's value as it is."""
+        self.findings = replace(self.findings, nominal=tuple(states))
+        return self.findings
+
+
+def _searched(states: SteadyStates, value: float, watch: partial[None]) -> StatesAtValue | str:
+    """All states at a value, or why they cannot be found there."""
+    try:
+        return states.states_at(value, watch)
+    except WuchtError as error:
+        return str(error)
+
+
+def _from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch | str:
+    """The branch through a point near u, in a direction where one is given; or why there is none."""
+    problem = states.equilibria
+    try:
+        return branch_through(states, problem.start(u[:-1], u[-1]) if towards is None else problem.curve.start(u, towards))
+    except RunError as error:
+        return str(error)
+
+
+def _family(family: FamilyCurve, state: State, value: float) -> EquilibriumBranch | str:
+    try:
+        return family.branch(state, value)
+    except RunError as error:
+        return str(error)
+
+
+def _offshoots(states: SteadyStates, done: _Progress, first: EquilibriumBranch, work: Work) -> Iterator[BranchFindings]:
+    """The branches that cross one, and those that cross them."""
+    pending = [*first.offshoots]
+    while pending and not done.full:
+        u, towards = pending.pop(0)
+        if lies_on(states, done.branches, u) or not done.wanted(states.kind(u).name):
+            continue
+        # Near the branch point where they cross, two branches are not yet told apart: the whole one is.
+        branch = work.unit(f"offshoot {u.tolist()!r}", partial(_from, states, u, towards))
+        if isinstance(branch, str):
+            yield done.add(branch, states.path, float(u[-1]))
+        elif not repeats(states, done.branches, branch):
+            yield done.add(branch, states.path, float(u[-1]))
+            pending += branch.offshoots
+
+
+def _nominal(
+    states: SteadyStates, family: FamilyCurve | None, branches: Sequence[EquilibriumBranch], value: float
+) -> tuple[NominalState, ...]:
+    found: list[NominalState] = []
+    for k, branch in enumerate(branches):
+        if not branch.dimension:
+            found += [NominalState(p.u, states.equilibria.seen(p).eigenvalues, k) for p in points_at(states, branch, value)]
+        elif family is not None:
+            found += [NominalState(u, exponents, k, share) for u, exponents, share in family.at(branch, value)]
+    return tuple(found)

@@ -1,0 +1,167 @@
+"""The map of how the modulated motion ends: places in the plane looked at one by one, and the curves between them."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase
+from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, EndingPoint, Plane, curves_between
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion
+from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
+from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.plane_regions import cell_centres, regions
+from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.parameters import with_parameters
+from wucht.dynamics.work import Work
+from wucht.errors import WuchtError
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+
+_PLACES, _CURVES = 0.7, 0.9  # shares of the work, by which these are done
+_ATTEMPTS = 3  # curves that are begun between places
+
+
+@dataclass(frozen=True, eq=False)
+class EndingMapCase:
+    """A plane in which it is mapped how the modulated motion ends as a third parameter changes.
+
+    cells: a side, in whose centres it is examined. warnings: what is doubtful about the equations.
+    """
+
+    plane: Plane
+    motion: ModulatedMotion
+    cells: int
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls, subject: Machine | OwnEquations, plane: Plane, cells: int, settings: BranchSettings, orbits: OrbitSettings
+    ) -> EndingMapCase:
+        """The plane of a machine, or of equations. settings, orbits: which steady states and modulated motions.
+
+        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        """
+        third, along, second = plane.paths
+        middle = with_parameters(subject, {second: sum(plane.bounds[2]) / 2})
+        states = BranchCase.of(middle, along, plane.bounds[1], settings).states
+        motion = ModulatedMotion.of(subject, third, orbits, states)
+        motion.refuse_idle({"along": along, "second": second, "eliminate": third})
+        return cls(plane, motion, cells, states.words.warnings)
+
+    @property
+    def centres(self) -> list[tuple[float, float]]:
+        """Of all cells, row by row."""
+        across, up = (cell_centres(bounds, self.cells).tolist() for bounds in self.plane.bounds[1:])
+        return [(x, y) for y in up for x in across]
+
+
+@dataclass(frozen=True)
+class EndingFindings:
+    """So far. places: that were examined. curves, points: of the plane. lost: sentences on what is missing."""
+
+    places: tuple[OrbitEnding, ...] = ()
+    curves: tuple[EndingCurve, ...] = ()
+    points: tuple[EndingPoint, ...] = ()
+    lost: tuple[str, ...] = field(default_factory=tuple)
+    complete: bool = False
+
+
+Stage = Generator[EndingFindings, None, EndingFindings]
+
+
+def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
+    """Place by place, then the curves, then a place in each region that has none."""
+    findings = EndingFindings()
+    cells = case.centres
+    for k, cell in enumerate(cells):
+        findings = _with(findings, _place(case, work, cell, _PLACES * k / len(cells)))
+        yield findings
+    findings = yield from _curves(case, findings, work)
+    parted = regions([(c.x, c.y) for c in findings.curves], case.plane.bounds[1:])
+    known = {parted.at(p.x, p.y) for p in findings.places}
+    for k in [k for k in range(parted.count) if k not in known]:
+        findings = _with(findings, _place(case, work, parted.inmost(k), _CURVES))
+        yield findings
+    work.report(1.0)
+    yield replace(findings, complete=True)
+
+
+def _with(findings: EndingFindings, place: OrbitEnding) -> EndingFindings:
+    return replace(findings, places=(*findings.places, place))
+
+
+def _place(case: EndingMapCase, work: Work, place: tuple[float, float], share: float) -> OrbitEnding:
+    (_, along, second), (x, y) = case.plane.paths, place
+    what = f"{along} = {x:.4g}, {second} = {y:.4g}"
+    work.report(share, what)
+    return work.unit(f"place {x!r} {y!r}", partial(_ending, case, place, partial(work.report, share, what)))
+
+
+def _ending(case: EndingMapCase, place: tuple[float, float], watch: partial[None]) -> OrbitEnding:
+    path, bounds = case.plane.paths[0], case.plane.bounds[0]
+    there = case.motion.at(dict(zip(case.plane.paths[1:], place, strict=True)), path)
+    try:
+        return ending_at(there, path, bounds, place, watch)
+    except WuchtError as error:
+        return OrbitEnding(*place, "failed", float("nan"), float("nan"), str(error))
+
+
+def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:
+    """The curves that begin between neighbouring places where the motion ends differently."""
+    attempts = 0
+    for a, b in _neighbours(case, findings):
+        kinds = {a.kind, b.kind}
+        if kinds != {SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT} or attempts >= _ATTEMPTS:
+            continue
+        if any(c.kind == RETURNS and passes_between(c, a, b) for c in findings.curves):
+            continue
+        connected, other = (a, b) if a.kind == SADDLE_CONNECTION else (b, a)
+        share = _PLACES + (_CURVES - _PLACES) * attempts / _ATTEMPTS
+        watch = partial(work.report, share)
+        make = partial(curves_between, case.motion, case.plane, connected, other, watch)
+        made = work.unit(f"curves {connected.x!r} {connected.y!r} {other.x!r} {other.y!r}", make)
+        attempts += 1
+        findings = replace(
+            findings, curves=(*findings.curves, *made.curves), points=(*findings.points, *made.points),
+            lost=(*findings.lost, *made.lost),
+        )  # fmt: skip
+        yield findings
+    return findings
+
+
+def _neighbours(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
+    """Places side by side, or one above the other; those far from the plane's corners first, where all is best known."""
+    n, cells = case.cells, findings.places
+    pairs = [(cells[r * n + c], cells[r * n + c + 1]) for r in range(n) for c in range(n - 1)]
+    pairs += [(cells[r * n + c], cells[(r + 1) * n + c]) for r in range(n - 1) for c in range(n)]
+    middle = np.array([sum(b) / 2 for b in case.plane.bounds[1:]])
+    width = np.array([b[1] - b[0] for b in case.plane.bounds[1:]])
+    return sorted(
+        pairs,
+        key=lambda p: float(np.linalg.norm(((p[0].x + p[1].x) / 2 - middle[0], (p[0].y + p[1].y) / 2 - middle[1]) / width)),
+    )
+
+
+def passes_between(curve: EndingCurve, a: OrbitEnding, b: OrbitEnding) -> bool:
+    """Whether a curve crosses the straight way between two places."""
+    way, x, y = np.array([b.x - a.x, b.y - a.y]), curve.x - a.x, curve.y - a.y
+    beside = x * way[1] - y * way[0]
+    along = (x * way[0] + y * way[1]) / (way @ way)
+    for i in np.flatnonzero(beside[:-1] * beside[1:] <= 0).tolist():
+        share = beside[i] / (beside[i] - beside[i + 1]) if beside[i] != beside[i + 1] else 0.0
+        if 0 <= along[i] + share * (along[i + 1] - along[i]) <= 1:
+            return True
+    return False
+
+
+def unexplained(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
+    """Neighbouring places where the motion ends differently, with no curve between them."""
+    return [
+        (a, b) for a, b in _neighbours(case, findings)
+        if a.kind != b.kind and not any(passes_between(c, a, b) for c in findings.curves)
+    ]  # fmt: skip

@@ -1,0 +1,209 @@
+"""Orbits over a parameter: steady states, first orbits, the branches through them both ways, and single orbits on these."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.first_orbits import SeedOrbit, SettlingRun, orbit_of_run, orbits_of_hopf_points
+from wucht.dynamics.branches.orbit_branches import HalfBranch, PeriodicBranch, StoredOrbit, half_branch
+from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.single_orbits import ReportedOrbit, near, reported
+from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.work import Work
+from wucht.errors import InputError, RunError
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.numerics.periodic.branch_ends import CLOSED
+
+MOST_BRANCHES = 20
+_REPORTED = 10  # along each branch, by default
+_TRIED = (0.5, 0.25, 0.75, 0.1, 0.9)  # of the range: where a first orbit is looked for
+_SEARCHED = 3  # values at which steady states are searched, besides the ends of the range
+_STEADY, _FIRST, _BRANCHES = 0.15, 0.25, 0.8  # shares of the work, by which these are done
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitCase:
+    """What is searched and followed.
+
+    at: values at which a run looks for a first orbit; None: at some, until there is one. values: of orbits that are reported,
+    None: evenly along each branch. steady: the steady states; without: why there are none.
+    """
+
+    problem: OrbitProblem
+    bounds: tuple[float, float]
+    settings: OrbitSettings
+    at: tuple[float, ...] | None
+    values: tuple[float, ...] | None
+    steady: BranchCase | None
+    without: str
+
+    @classmethod
+    def of(
+        cls, subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: OrbitSettings,
+        at: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None,
+    ) -> OrbitCase:  # fmt: skip
+        """The orbits of a machine, or of equations, over the parameter of a path.
+
+        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        """
+        problem = OrbitProblem.of(subject, path, settings)
+        steady, without = _steady(subject, bounds, problem, settings)
+        return cls(problem, bounds, settings, at, values, steady, without)
+
+
+def _steady(
+    subject: Machine | OwnEquations, bounds: tuple[float, float], problem: OrbitProblem, settings: OrbitSettings
+) -> tuple[BranchCase | None, str]:
+    """The branches of steady states, or why they are not searched."""
+    if not isinstance(subject, Machine) and settings.ranges is None:
+        return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
+    only = ("together",) if settings.together else None
+    of = BranchSettings(_SEARCHED, only, problem.show, settings.ranges, problem.inertia)
+    try:
+        return BranchCase.of(subject, problem.path, bounds, of), ""
+    except InputError as error:
+        if isinstance(subject, Machine):
+            return None, f"steady states are not searched: {error.allowed}"
+        raise
+
+
+@dataclass(frozen=True)
+class OrbitFindings:
+    """So far.
+
+    steady: branches of steady states. tried: runs. reported: orbits, with the number of their branch. lost: sentences on what
+    was not found. complete: nothing is left to do.
+    """
+
+    steady: tuple[EquilibriumBranch, ...] = ()
+    tried: tuple[SettlingRun, ...] = ()
+    branches: tuple[PeriodicBranch, ...] = ()
+    reported: tuple[tuple[int, ReportedOrbit], ...] = ()
+    lost: tuple[str, ...] = field(default_factory=tuple)
+    complete: bool = False
+
+
+Stage = Generator[OrbitFindings, None, OrbitFindings]
+
+
+def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
+    """Search and follow; the findings after each step."""
+    findings = OrbitFindings()
+    if case.steady is not None:
+        for steady in follow_branches(case.steady, work.part("steady", 0.0, _STEADY)):
+            findings = replace(findings, steady=steady.branches)
+            yield findings
+    findings = yield from _first(case, findings, work)
+    findings = yield from _reported(case, findings, work)
+    work.report(1.0)
+    yield replace(findings, complete=True)
+
+
+def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
+    """First orbits, each of which that is on no known branch is followed at once."""
+    settings, of = case.settings, (case.problem, case.bounds)
+    at = case.at or tuple(float(case.bounds[0] + share * np.ptp(case.bounds)) for share in _TRIED)
+    for i, value in enumerate(at):
+        share = _STEADY + (_FIRST - _STEADY) * i / len(at)
+        work.report(share, f"a run at {case.problem.path} = {value:.5g}")
+        watch = partial(work.report, share, "a run until it settles")
+        run_there = partial(orbit_of_run, *of, value, settings.until, settings.longest, watch)
+        tried = work.unit(f"run at {value!r}", run_there)
+        findings = replace(findings, tried=(*findings.tried, tried))
+        yield findings
+        if tried.orbit is not None:
+            findings = yield from _followed(case, tried.orbit, findings, work)
+            if case.at is None:
+                return findings
+    sizes = None if case.steady is None else case.steady.states.equilibria.equations.scale[:-1]
+    if not findings.branches and sizes is not None and len(sizes) == len(case.problem.turning):
+        seeds = work.unit("hopf points", partial(orbits_of_hopf_points, *of, findings.steady, sizes, settings.longest))
+        findings, begun = _split(findings, seeds)
+        for seed in begun:
+            findings = yield from _followed(case, seed, findings, work)
+    return findings
+
+
+def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: Work) -> Stage:
+    """The branch through an orbit, and, where other branches are followed, those that cross it."""
+    pending = [first]
+    while pending and len(findings.branches) < MOST_BRANCHES:
+        seed, k = pending.pop(0), len(findings.branches)
+        if any(branch.passes(seed.value, seed.period) for branch in findings.branches) and not len(seed.towards):
+            continue
+        halves = list[HalfBranch]()
+        for onward in (True, False) if not len(seed.towards) else (True,):
+            name = f"branch {k} {'onward' if onward else 'backward'} from {seed.begun}"
+            part = work.part(name, _FIRST, _BRANCHES)
+            half = part.unit("", partial(_half_branch, case, seed, onward, part))
+            if isinstance(half, str):
+                findings = replace(findings, lost=(*findings.lost, half))
+                break
+            halves.append(half)
+            if half.end.kind == CLOSED:
+                break
+        if not halves:
+            yield findings
+            continue
+        made = PeriodicBranch(seed, halves[1] if len(halves) > 1 else None, halves[0])
+        if len(seed.towards) and any(branch.repeated_by(made) for branch in findings.branches):
+            continue
+        findings = replace(findings, branches=(*findings.branches, made))
+        findings, more = _split(findings, [o for half in halves for o in half.offshoots])
+        yield findings
+        pending += more
+    return findings
+
+
+def _split(findings: OrbitFindings, seeds: Sequence[SeedOrbit | str]) -> tuple[OrbitFindings, list[SeedOrbit]]:
+    """The orbits among some, and the findings with the sentences on those that are not there."""
+    lost = [one for one in seeds if isinstance(one, str)]
+    return replace(findings, lost=(*findings.lost, *lost)), [one for one in seeds if not isinstance(one, str)]
+
+
+def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> HalfBranch | str:
+    low, high = case.bounds
+    begin, to = seed.value, high if onward else low
+
+    def watch(value: float) -> None:
+        done = abs(value - begin) / max(abs(to - begin), 1e-300)
+        work.report(min(done, 1.0), f"orbits, {case.problem.path} = {value:.6g}")
+
+    try:
+        return half_branch(case.problem, case.bounds, seed, onward, case.settings.switch, watch)
+    except RunError as error:
+        return f"the branch from {seed.begun} is not followed: {error}"
+
+
+def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
+    """The orbits at the values that are given, and at special points."""
+    wanted = [(k, *each) for k, b in enumerate(findings.branches) for each in _wanted(case, b)]
+    for i, (k, value, beside) in enumerate(wanted):
+        work.report(_BRANCHES + (1 - _BRANCHES) * i / len(wanted), f"exponents at {case.problem.path} = {value:.6g}")
+        seed = findings.branches[k].seed
+        one = work.unit(
+            f"orbit {i} of branch {k} at {value!r}", partial(reported, case.problem, case.bounds, seed, beside, value)
+        )
+        if isinstance(one, str):
+            findings = replace(findings, lost=(*findings.lost, one))
+        else:
+            findings = replace(findings, reported=(*findings.reported, (k, one)))
+        yield findings
+    return findings
+
+
+def _wanted(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[float, tuple[StoredOrbit, ...]]]:
+    """Values, and the orbits beside them."""
+    values = branch.joined("values")
+    inside = np.linspace(values.min(), values.max(), _REPORTED + 1)[:-1] + np.ptp(values) / (2 * _REPORTED)
+    given = case.values if case.values is not None else tuple(inside.tolist())
+    regular = [orbit for orbit in branch.kept if not orbit.kind]
+    wanted = [(value, beside) for value in given for beside in near(regular, value)]
+    return sorted([*wanted, *((o.value, (o,)) for o in branch.kept if o.kind)], key=lambda each: each[0])

@@ -1,0 +1,39 @@
+"""Variables that the Datasets of several studies of branches have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.steady_states import Ordinates
+from wucht.fields import Parameter
+from wucht.results.conventions import Variable, variable
+
+
+def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
+    """Arrays (N,) or (rows, N) of all branches, one after another."""
+    empty = np.empty(0) if rows is None else np.empty((rows, 0))
+    return np.concatenate([empty, *parts], axis=-1)
+
+
+def of_steady_branches(
+    dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
+    words: tuple[str, str, str],
+) -> dict[str, Variable]:  # fmt: skip
+    """Points of branches of steady states, wherever they are drawn.
+
+    before: what the names of variables begin with. ordinates: what is drawn, of each branch. words: what that is, its unit, and
+    the unit of the amplitude.
+    """
+    shown, unit, length = words
+    numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
+    return {
+        f"{before}value": variable(dimension, joined([b.values for b in branches]), along.words, along.unit),
+        f"{before}speed": variable(dimension, joined([s.speed for s in ordinates]), shown, unit),
+        f"{before}amplitude": variable(dimension, joined([s.amplitude for s in ordinates]), "amplitude of the axis", length),
+        f"{before}stable": variable(dimension, joined([b.stable for b in branches]).astype(np.int8), "stable"),
+        f"{before}branch": variable(dimension, numbers.astype(int), "branch"),
+    }

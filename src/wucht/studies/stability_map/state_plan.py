@@ -1,0 +1,182 @@
+"""The map of steady states and modulated motions: its plan, and what it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.dynamics.branches.plane_regions import kinds_of, regions
+from wucht.dynamics.branches.second_parameter import COINCIDE, BifurcationCurve
+from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, lines_of, map_states
+from wucht.dynamics.branches.state_rows import STABLE, OrbitRow
+from wucht.dynamics.work import Work
+from wucht.fields import Parameter
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.numerics.continuation.equilibria import FOLD
+from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+from wucht.studies.stability_map.map_parts import MODULATED, Line, MapParts, Mark, Place, numbered
+from wucht.studies.stability_map.spec import StabilityMap
+
+UNNAMED = "a steady state that was not found"
+UNSETTLED = "a motion that neither rests nor repeats itself"
+ORBIT_CURVES: Mapping[str, str] = {
+    "branch-point": "loses stability sideways",
+    "fold": "fold",
+    "period-doubling": "period doubling",
+    "torus": "torus",
+    SADDLE_CONNECTION: "saddle connection",
+    SADDLE_NODE_ON_ORBIT: "saddle-node on it",
+}
+LEVELS = ("", f"{MODULATED} unstable", f"{MODULATED} stable")
+_CELLS = 12  # a side, by default
+_ON_FOLD = 1e-4  # of the range: a row's end that lies on a curve of folds
+
+
+@dataclass(frozen=True, eq=False)
+class StatePlan:
+    """along, second: the parameters of the plane. case: what is mapped."""
+
+    along: Parameter
+    second: Parameter
+    case: StateMapCase
+    third: None = None
+
+    @classmethod
+    def of(
+        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter,
+        bounds: tuple[tuple[float, float], tuple[float, float]],
+    ) -> StatePlan:  # fmt: skip
+        """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
+        paths, orbits = (along.path, second.path), spec.orbit_settings if spec.orbits else None
+        return cls(along, second, StateMapCase.of(subject, paths, bounds, spec.cells or _CELLS, spec.settings, orbits))
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Of the plane."""
+        return self.case.bounds
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """See ``MapPlan``."""
+        return self.case.warnings
+
+    @property
+    def keys(self) -> Mapping[str, Any]:
+        """See ``MapPlan``: there is no third parameter."""
+        return {}
+
+    def run(self, work: Work) -> Iterator[StateFindings]:
+        """See ``MapPlan``."""
+        return map_states(self.case, work)
+
+    def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
+        """See ``MapPlan``."""
+        listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
+        everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
+        left_out = "; modulated motions were not sought" if self.case.motion is None else ""
+        return f"{everywhere}{listed} of the plane{left_out}"
+
+    def parts(self, findings: StateFindings) -> MapParts:
+        """See ``MapPlan``."""
+        areas = regions(lines_of(self.case, findings), self.bounds)
+        examined = _examined(self.case, findings)
+        sets = [set(names) for _, _, names, _ in examined]
+        everywhere = set.intersection(*sets) if sets else set()
+        keyed = [(x, y, f"{level};{','.join(sorted(set(names) - everywhere))}") for x, y, names, level in examined]
+        kinds, against = kinds_of(areas, keyed)
+        read = [_read(kind) for kind in kinds]
+        sought = self.case.motion is not None
+        labels = [state_label(names, level, sought) if known else "not looked at" for names, level, known in read]
+        hatched = sorted({tuple(names) for names, _, _ in read if names})
+        hatches = [1 + hatched.index(tuple(names)) if names else 0 for names, _, _ in read]
+        lines = [(f"{c.of}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
+        lines += [(f"{MODULATED}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended(self.case, findings)]
+        lines += [(f"{MODULATED}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}", x, y) for x, y in _ends_on_folds(self.case, findings)]
+        names = numbered([name for name, _, _ in lines])
+        made = tuple(Line(n, g, x, y, np.full(len(x), np.nan)) for n, (g, x, y) in zip(names, lines, strict=True))
+        marks = [Mark(COINCIDE, COINCIDE, c.x, c.y) for c in findings.crossings]
+        marks += [
+            Mark(kind, kind.replace("-", " "), float(c.u[-2, i]), float(c.u[-1, i]))
+            for c in findings.curves for i, kind in enumerate(c.kinds) if kind
+        ]  # fmt: skip
+        places = tuple(
+            Place(x, y, state_label(sorted(set(names) - everywhere), level, sought)) for x, y, names, level in examined
+        )
+        wrong = tuple(Place(x, y, state_label(*_read(kind)[:2], sought)) for x, y, kind in against)
+        return MapParts(
+            made, tuple(marks), places, areas, tuple(labels), tuple(level for _, level, _ in read), tuple(hatches),
+            tuple(sorted(everywhere)), wrong, findings.lost, sum(place.runs for place in findings.reached),
+        )  # fmt: skip
+
+
+def state_label(names: Sequence[str], level: int, sought: bool) -> str:
+    """``together, modulated motion stable``: what is stable besides what is everywhere. sought: modulated motions were."""
+    parts = [*names, LEVELS[level]] if level else [*names]
+    return ", ".join(parts) or ("nothing else" if sought else "no other steady state")
+
+
+def _read(kind: str) -> tuple[list[str], int, bool]:
+    level, _, names = kind.partition(";")
+    return ([n for n in names.split(",") if n], int(level), True) if level else ([], 0, False)
+
+
+def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
+    """Each place with the stable motions there: steady states by name, and how stable modulated ones are, see ``LEVELS``.
+
+    They are those of the branches, and those that runs from several starts have reached.
+    """
+    orbits = [r for r in findings.orbits if isinstance(r, OrbitRow)]
+    reached = {(r.x, r.y): r for r in findings.reached}
+    across = case.centres(0).tolist()
+    # The rows of the cells come first; each of the others is of one place.
+    values = [across] * case.cells + [[x] for x, _ in findings.extra]
+    found = []
+    for row, xs in zip(findings.rows, values, strict=False):
+        for x, named in zip(xs, row.stable, strict=True):
+            names, level = list(named), max((r.state_at(x) for r in orbits if r.second == row.second), default=0)
+            if (runs := reached.get((x, row.second))) is not None:
+                level = STABLE if runs.orbits else level
+                names += [UNNAMED] if runs.steady and not named else []
+                names += [UNSETTLED] if runs.unsettled else []
+            found.append((x, row.second, tuple(names), level))
+    return found
+
+
+def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Those parts of fold curves that lie on the modulated motion: between rows whose branch ends there."""
+    rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
+    half = (case.bounds[1][1] - case.bounds[1][0]) / case.cells / 2
+    parts = []
+    for c in findings.curves:
+        if c.of != FOLD:
+            continue
+        seconds = [
+            r.second
+            for r in rows
+            for s in r.sides
+            if s.kind in (SADDLE_NODE_ON_ORBIT, NOT_IDENTIFIED) and _lies_on(case, c, s.value, r.second)
+        ]
+        if not seconds:
+            continue
+        low, high = min(seconds) - half, max(seconds) + half
+        for crossing in findings.crossings:
+            if low <= crossing.y <= min(seconds):
+                low = crossing.y
+        y = c.u[-1]
+        inside = (y >= low) & (y <= high)
+        if inside.sum() > 1:
+            parts.append((c.u[-2][inside], y[inside]))
+    return parts
+
+
+def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: float) -> bool:
+    x, y = curve.u[-2:]
+    width = case.bounds[0][1] - case.bounds[0][0]
+    i = np.flatnonzero((y[:-1] - second) * (y[1:] - second) <= 0)
+    near = 0.02 * np.abs(np.diff(x))[i] + _ON_FOLD * width
+    share = np.divide(second - y[i], y[i + 1] - y[i], out=np.zeros(len(i)), where=y[i + 1] != y[i])
+    return bool((np.abs(x[i] + share * (x[i + 1] - x[i]) - value) < near).any())

@@ -1,0 +1,50 @@
+"""The engines of branches, called with a machine and plain numbers: the numbers of tests/test_catalogue_runs.py."""
+
+from __future__ import annotations
+
+import pytest
+
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
+from wucht.dynamics.branches.orbit_diagram import OrbitCase, follow_orbits
+from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.state_map import StateMapCase, map_states
+from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.numerics.continuation.equilibria import FOLD
+
+TABLE = "drozdetskaya-2020/table-5.1"
+
+
+def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
+    case = BranchCase.of(load_machine("drozdetskaya-2020/table-3.1-carrier"), "u", (0.0, 5.0), BranchSettings())
+    *_, findings = follow_branches(case, Work())
+    (branch,) = findings.branches
+    folds = [branch.values[i] for i, kind in enumerate(branch.kinds) if kind == FOLD]
+    assert sorted(folds) == pytest.approx([0.8937191, 2.6053860], rel=1e-6)
+    assert findings.complete
+    assert any(float(case.states.ordinates(s.u[:, None]).speed[0]) == pytest.approx(0.9686444) for s in findings.nominal)
+
+
+def test_the_modulated_motion_of_two_pendulums() -> None:
+    settings = OrbitSettings(together=True)
+    case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), settings, at=(3.0,), values=(3.0,))
+    *_, findings = follow_orbits(case, Work())
+    ((number, orbit),) = findings.reported
+    assert (number, orbit.value) == (0, 3.0)
+    assert (orbit.period_phi, orbit.high) == pytest.approx((630.30303, 1.56264), rel=1e-5)
+
+
+def test_where_two_pairs_of_steady_states_vanish_at_once() -> None:
+    settings = BranchSettings(points=2, only=("together", "compensating"), inertia=False)
+    plane = (0.5, 10.0), (0.04, 0.16)
+    *_, findings = map_states(StateMapCase.of(load_machine(TABLE), ("u", "sigma"), plane, 2, settings, None), Work())
+    (crossing,) = findings.crossings
+    assert (crossing.x, crossing.y) == pytest.approx((3.6873885, 0.06728885), rel=1e-6)
+
+
+def test_an_end_of_the_range_that_a_part_does_not_allow_is_refused() -> None:
+    with pytest.raises(InputError) as refused:
+        BranchCase.of(load_machine(TABLE), "u", (-1.0, 2.0), BranchSettings())
+    assert refused.value.where == "study.range[0]"
