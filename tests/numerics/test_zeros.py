@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.zeros import crossings, first_where
+from wucht.numerics.zeros import at_passages, crossings, first_where
 
 
 def test_crossings() -> None:
@@ -49,3 +49,13 @@ def test_few_evaluations_of_smooth_functions() -> None:
 def test_the_first_where_a_condition_holds() -> None:
     assert first_where(lambda x: x * x >= 2, 0.0, 2.0) == pytest.approx(math.sqrt(2), rel=3e-16)
     assert first_where(lambda x: x >= 1.5, 0.0, 2.0) == 1.5
+
+
+def test_what_a_curve_is_where_samples_pass_a_value() -> None:
+    """Between samples by straight lines; a stretch that stays on the value is its first sample."""
+    samples, of = np.array([0.0, 2.0, 4.0, 4.0, 1.0]), np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 10.0, 20.0, 30.0, 40.0]])
+    before, there = at_passages(samples, 3.0, of)
+    assert before.tolist() == [1, 3]
+    np.testing.assert_allclose(there, [[1.5, 3 + 1 / 3], [15.0, 30 + 10 / 3]])
+    before, there = at_passages(samples, 4.0, of[0])
+    assert (before.tolist(), there.tolist()) == ([1, 2, 3], [2.0, 2.0, 3.0])

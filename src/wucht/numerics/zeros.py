@@ -25,6 +25,14 @@ def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> n
     return _roots(function, x[i], x[i + 1], f[i], f[i + 1]) if len(i) else np.empty(0)
 
 
+def at_passages(samples: np.ndarray, value: float, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where samples (N,) pass a value, to first order: the samples before that (K,), and what ``of`` (..., N) is there."""
+    i = np.flatnonzero((samples[:-1] - value) * (samples[1:] - value) <= 0)
+    width = samples[i + 1] - samples[i]
+    share = np.divide(value - samples[i], width, out=np.zeros(len(i)), where=width != 0)
+    return i, np.asarray(of[..., i] + share * (of[..., i + 1] - of[..., i]))
+
+
 @np.errstate(divide="ignore", invalid="ignore")  # where no interpolation is safe
 def _roots(function: RealFunction, a: np.ndarray, b: np.ndarray, fa: np.ndarray, fb: np.ndarray) -> np.ndarray:
     """The zeros between a and b (k,), where the function has values of different signs.

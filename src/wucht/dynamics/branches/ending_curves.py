@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.dynamics.branches.first_orbits import cycles_of
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, nearest_fold
-from wucht.dynamics.branches.orbit_branches import first_cycle
+from wucht.dynamics.branches.orbit_branches import cycles_through
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_of, enough
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
@@ -42,14 +41,13 @@ Watch = Callable[[str], None]
 class EndingCurve:
     """A curve of the plane.
 
-    kind: what happens on it. x, y, value (N,): its points, and the value of the third parameter there. ends: why it ends.
+    kind: what happens on it. x, y, value (N,): its points, and the value of the third parameter there.
     """
 
     kind: str
     x: np.ndarray
     y: np.ndarray
     value: np.ndarray
-    ends: tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,7 @@ def curves_between(
     if point is not None:
         at_begin, at_end = (float(np.linalg.norm(_scaled(plane, table[:, i] - joined))) for i in (0, -1))
         table = np.insert(table, 0 if at_begin < at_end else table.shape[1], joined, axis=1)
-    curve = _curve(plane, RETURNS, table, ("", ""))
+    curve = _curve(plane, RETURNS, table)
     curves = [c for c in (curve, *third) if c is not None]
     return EndingCurves(tuple(curves), () if point is None else (point,), tuple(lost))
 
@@ -136,7 +134,7 @@ def _where(plane: Plane, at: OrbitEnding) -> str:
     return f"near {plane.paths[1]} = {at.x:.5g}, {plane.paths[2]} = {at.y:.5g}: "
 
 
-def _curve(plane: Plane, kind: str, table: np.ndarray, ends: tuple[str, str]) -> EndingCurve | None:
+def _curve(plane: Plane, kind: str, table: np.ndarray) -> EndingCurve | None:
     """The part of a curve that lies in the plane, cut at its edge."""
     inside = plane.inside(table[1], table[2])
     if not inside.any():
@@ -146,7 +144,7 @@ def _curve(plane: Plane, kind: str, table: np.ndarray, ends: tuple[str, str]) ->
     columns += list(table[:, first : last + 1].T)
     columns += [_cut(plane, table[:, last], table[:, last + 1])] if last + 1 < table.shape[1] else []
     value, x, y = np.array(columns).T
-    return EndingCurve(kind, x, y, value, ends)
+    return EndingCurve(kind, x, y, value)
 
 
 def _cut(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
@@ -166,8 +164,7 @@ def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other:
     eliminated, along = plane.paths[0], 1 if connected.x != other.x else 2
     here = motion.at(dict(zip(plane.paths[1:], (connected.x, connected.y), strict=True)), eliminated)
     seed = connected.last
-    cycles = cycles_of(here.subject, plane.bounds[0], seed.winding, seed.scale, seed.longest)
-    cycle = first_cycle(cycles, seed)
+    _, cycle = cycles_through(here.subject, plane.bounds[0], seed)
     paths, start = (eliminated, plane.paths[along]), (connected.x, connected.y)[along - 1]
     bounds = (plane.wider[0], plane.wider[along])
     saddle = here.equilibria(eliminated, plane.bounds[0])
@@ -277,7 +274,7 @@ def _from_double(
             ways.append([c.parameters[:3] for c in walk])
         ways.sort(key=lambda way: np.linalg.norm(_scaled(plane, way[-1] - double.parameters[:3])) if way else 0.0)
         table = np.array([double.parameters[:3], *ways[0][::-1], first.parameters[:3], *ways[1]]).T
-        curves.append(_curve(plane, TO_SADDLE, table, ("", "")))
+        curves.append(_curve(plane, TO_SADDLE, table))
     except RunError as error:
         lost.append(str(error))
     watch("the curve at which both pairs of steady states vanish at once")
@@ -290,7 +287,7 @@ def _from_double(
     for way in (1, -1):
         try:
             table = np.array([u[2 * n :], *(p.u[2 * n :] for _, p in pairs.walk(u, way))]).T
-            curves.append(_curve(plane, BOTH, table, ("", "")))
+            curves.append(_curve(plane, BOTH, table))
         except RunError as error:
             lost.append(f"the curve at which both pairs vanish at once is not followed: {error}")
     return point, [c for c in curves if c is not None]

@@ -21,6 +21,7 @@ from wucht.errors import WuchtError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+from wucht.numerics.zeros import at_passages
 
 _PLACES, _CURVES = 0.7, 0.9  # shares of the work, by which these are done
 _ATTEMPTS = 3  # curves that are begun between places
@@ -152,11 +153,8 @@ def passes_between(curve: EndingCurve, a: OrbitEnding, b: OrbitEnding) -> bool:
     way, x, y = np.array([b.x - a.x, b.y - a.y]), curve.x - a.x, curve.y - a.y
     beside = x * way[1] - y * way[0]
     along = (x * way[0] + y * way[1]) / (way @ way)
-    for i in np.flatnonzero(beside[:-1] * beside[1:] <= 0).tolist():
-        share = beside[i] / (beside[i] - beside[i + 1]) if beside[i] != beside[i + 1] else 0.0
-        if 0 <= along[i] + share * (along[i + 1] - along[i]) <= 1:
-            return True
-    return False
+    _, crossed = at_passages(beside, 0.0, along)
+    return bool(((crossed >= 0) & (crossed <= 1)).any())
 
 
 def unexplained(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:

@@ -15,6 +15,7 @@ from wucht.errors import RunError
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED
+from wucht.numerics.zeros import at_passages
 
 _PITCHFORK = 1e-4  # in units of scale: between a branch point and the fold of the branch that begins there
 
@@ -128,11 +129,7 @@ class EquilibriumBranch:
 
     def crossings(self, value: float) -> Iterator[np.ndarray]:
         """Points (n+1,) between those of the branch where it passes a value, to first order."""
-        v = self.values
-        for i in np.flatnonzero((v[:-1] - value) * (v[1:] - value) <= 0).tolist():
-            width = v[i + 1] - v[i]
-            share = (value - v[i]) / width if width else 0.0
-            yield np.append((self.u[:, i] + share * (self.u[:, i + 1] - self.u[:, i]))[:-1], value)
+        return (np.append(x, value) for x in at_passages(self.values, value, self.u[:-1])[1].T)
 
 
 def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:

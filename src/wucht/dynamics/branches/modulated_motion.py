@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near, times_of_change
-from wucht.dynamics.branches.orbit_branches import StoredOrbit
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.steady_states import SteadyStates
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
@@ -152,14 +151,6 @@ def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
                 way = 1 if beside[0].parameter < value else -1
                 found.append(LostState(value, points[i].x, way, float(np.abs(points[i].eigenvalues).max())))
     return sorted(found, key=lambda f: (-f.way, f.value))
-
-
-def seed_of(kept: StoredOrbit, first: SeedOrbit) -> SeedOrbit:
-    """An orbit of a branch as the first one of another walk. first: the branch's first orbit."""
-    return replace(
-        first, edges=kept.edges, degree=kept.degree, states=kept.states, period=kept.period, value=kept.value,
-        towards=np.empty(0),
-    )  # fmt: skip
 
 
 def nearest_fold(motion: ModulatedMotion, path: str, bounds: tuple[float, float], x: np.ndarray, value: float) -> LostState:

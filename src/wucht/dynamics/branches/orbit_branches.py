@@ -16,6 +16,7 @@ from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, Hidden
 from wucht.numerics.periodic.cycle_starts import doubled, switched
 from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.zeros import at_passages
 
 Watch = Callable[[float], None]  # the value that is reached
 
@@ -113,13 +114,8 @@ class PeriodicBranch:
 
     def passes(self, value: float, period: float) -> bool:
         """Whether it has an orbit of a period, between neighbours, at a value of the parameter."""
-        values, periods = self.joined("values"), self.joined("periods")
-        for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0).tolist():
-            width = values[i + 1] - values[i]
-            share = (value - values[i]) / width if width else 0.0
-            if abs((periods[i] + share * (periods[i + 1] - periods[i])) / period - 1) < _SAME:
-                return True
-        return False
+        _, there = at_passages(self.joined("values"), value, self.joined("periods"))
+        return bool((np.abs(there / period - 1) < _SAME).any())
 
     def repeated_by(self, other: PeriodicBranch) -> bool:
         """Whether another branch is this one, from another of its special points: its orbits in the middle lie on this one."""
@@ -137,8 +133,7 @@ def half_branch(
     subject: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit, onward: bool, switch: bool, watch: Watch
 ) -> HalfBranch:
     """The branch from a first orbit on, or backwards. Raises ``RunError`` where the first orbit is not found again."""
-    cycles = cycles_of(subject, bounds, seed.winding, seed.scale, seed.longest)
-    start = first_cycle(cycles, seed)
+    cycles, start = cycles_through(subject, bounds, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
     numbers, kept, offshoots, last = [_numbers(subject, start)], [stored_orbit(start)], list[SeedOrbit | str](), [start]
     logarithms, kinds, hidden = [start.logarithms], [""], [start.hidden]
@@ -166,6 +161,12 @@ def half_branch(
         trusted=trusted > 0, product_error=product_error, unstable=unstable.astype(int), kinds=tuple(kinds),
         hidden=tuple(hidden), kept=tuple(kept), end=end, offshoots=tuple(offshoots),
     )  # fmt: skip
+
+
+def cycles_through(problem: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit) -> tuple[Cycles, Cycle]:
+    """The branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
+    cycles = cycles_of(problem, bounds, seed.winding, seed.scale, seed.longest)
+    return cycles, first_cycle(cycles, seed)
 
 
 def first_cycle(cycles: Cycles, seed: SeedOrbit) -> Cycle:

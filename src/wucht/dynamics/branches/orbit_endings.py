@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of, orbit_near
+from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.modulated_motion import LostState, ModulatedMotion, lost_states
-from wucht.dynamics.branches.orbit_branches import first_cycle
+from wucht.dynamics.branches.orbit_branches import cycles_through
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.flow.compiled import compile_system
@@ -121,8 +121,7 @@ def followed_to_end(
     motion: ModulatedMotion, path: str, bounds: tuple[float, float], seed: SeedOrbit, way: int, watch: Callable[[], None]
 ) -> End:
     """Kind, value, sentence, last orbit and equilibrium of the end of a branch."""
-    cycles = cycles_of(replace(motion.subject, path=path), bounds, seed.winding, seed.scale, seed.longest)
-    start = first_cycle(cycles, seed)
+    cycles, start = cycles_through(replace(motion.subject, path=path), bounds, seed)
     walk = cycles.walk(start if way > 0 else cycles.backwards(start))
     seen, least, looked, law, still, size = [start], start.period, _GROWN, math.nan, 0, bounds[1] - bounds[0]
     fold: tuple[np.ndarray, float] | None = None

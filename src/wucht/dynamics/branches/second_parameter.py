@@ -14,6 +14,7 @@ from wucht.numerics.continuation.equilibria import FOLD, HOPF
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 from wucht.numerics.periodic.fold_pairs import FoldPairs
+from wucht.numerics.zeros import at_passages
 
 COINCIDE = "two folds at once"
 _SAME = 1e-5  # in units of scale: a special point that lies on a curve
@@ -88,12 +89,10 @@ def passes(states: SteadyStates, second: SecondParameter, curve: BifurcationCurv
     """Whether a special point at the second parameter's own value lies on a curve."""
     if curve.of != of:
         return False
-    q, scale = curve.u[-1], np.append(states.equilibria.equations.scale, second.bounds[1] - second.bounds[0])
+    scale = np.append(states.equilibria.equations.scale, second.bounds[1] - second.bounds[0])
     near = (np.abs(np.diff(curve.u / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5
-    for i in np.flatnonzero((q[:-1] - second.value) * (q[1:] - second.value) <= 0).tolist():
-        width = q[i + 1] - q[i]
-        share = (second.value - q[i]) / width if width else 0.0
-        at = curve.u[:, i] + share * (curve.u[:, i + 1] - curve.u[:, i])
+    passages, points = at_passages(curve.u[-1], second.value, curve.u)
+    for i, at in zip(passages.tolist(), points.T, strict=True):
         away = (at[-2] - u[-1]) / scale[-2]
         moved = states.ordinates(np.append(at[:-2], u[-1])[:, None]).speed - states.ordinates(u[:, None]).speed
         if max(abs(away), abs(float(moved[0])) / states.size_of_shown) < max(_SAME, 0.1 * near[i]):

@@ -25,7 +25,7 @@ from wucht.dynamics.branches.second_parameter import (
     passes,
     starts,
 )  # fmt: skip
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, SteadyRow, further_row, orbit_row, steady_row
+from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, SteadyRow, steady_row
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work
@@ -33,6 +33,7 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
+from wucht.numerics.zeros import at_passages
 
 _ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work, by which these are done
 _MOST_FAMILIES = 4  # of modulated motions that runs have reached
@@ -194,7 +195,8 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             watch = partial(work.report, _ORBITS, f"further modulated motions at {paths[1]} = {seconds[k]:.4g}")
             watch()
             near = beside if isinstance(beside, OrbitRow) else None
-            make = partial(further_row, there, paths, case.bounds[0], seconds[k], near, tuple(given), watch)
+            row = RowCase(there, paths, case.bounds[0], seconds[k], watch)
+            make = partial(row.further_row, near, tuple(given))
             made[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
             findings = replace(findings, orbits=(*findings.orbits, made[k]))
             yield findings
@@ -240,9 +242,9 @@ def _orbit_row(
     assert case.motion is not None
     there = case.motion.at({case.paths[1]: second}, case.paths[0])
     beside = near if isinstance(near, OrbitRow) else None
-    paths = case.paths
     watch = partial(work.report, share, what)
-    return work.unit(f"orbits {second!r}", partial(orbit_row, there, paths, case.bounds[0], second, beside, watch))
+    row = RowCase(there, case.paths, case.bounds[0], second, watch)
+    return work.unit(f"orbits {second!r}", partial(row.row, beside))
 
 
 def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
@@ -278,10 +280,7 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
 
 def _on(case: StateMapCase, curve: OrbitCurve, value: float, second: float) -> bool:
     width = case.bounds[0][1] - case.bounds[0][0]
-    y = curve.y
-    i = np.flatnonzero((y[:-1] - second) * (y[1:] - second) <= 0)
-    share = np.divide(second - y[i], y[i + 1] - y[i], out=np.zeros(len(i)), where=y[i + 1] != y[i])
-    return bool((np.abs(curve.x[i] + share * (curve.x[i + 1] - curve.x[i]) - value) < _ON_CURVE * width).any())
+    return bool((np.abs(at_passages(curve.y, second, curve.x)[1] - value) < _ON_CURVE * width).any())
 
 
 def _continues(case: StateMapCase, curve: OrbitCurve, value: float, second: float) -> bool:

@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stability
-from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of
+from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
-from wucht.dynamics.branches.orbit_branches import StoredOrbit, first_cycle, half_branch
+from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through, half_branch, stored_orbit
 from wucht.dynamics.branches.orbit_endings import born_at, followed_to_end
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
+from wucht.numerics.periodic.cycles import Cycles
 
 ONE = "one stable state"
 STABLE = 2  # a place's level: see ``LEVELS``
@@ -96,97 +97,111 @@ class NoOrbit:
     sentence: str
 
 
-def orbit_row(
-    motion: ModulatedMotion,
-    paths: tuple[str, str],
-    bounds: Bounds,
-    second: float,
-    near: OrbitRow | None,
-    watch: Callable[[], None],
-) -> OrbitRow | NoOrbit:
-    """The branch at a value of the second parameter. motion: at that value. near: the branch at a neighbouring one."""
-    sentences = list[str]()
-    seed = carried(motion, paths, near, second) if near is not None else None
-    if seed is None:
-        for fold in lost_states(motion.steady(paths[0], bounds)):
-            if bounds[0] < fold.value < bounds[1]:
-                seed = born_at(motion, paths[0], bounds, fold, sentences, watch)
-            if seed is not None:
+@dataclass(frozen=True, eq=False)
+class RowCase:
+    """A value of the second parameter, at which ``motion`` is. paths: of both parameters. bounds: of the first."""
+
+    motion: ModulatedMotion
+    paths: tuple[str, str]
+    bounds: Bounds
+    second: float
+    watch: Callable[[], None]
+
+    def row(self, near: OrbitRow | None) -> OrbitRow | NoOrbit:
+        """The branch of modulated motions. near: that at a neighbouring value."""
+        sentences = list[str]()
+        seed = self.carried(near)
+        for lost in lost_states(self.motion.steady(self.paths[0], self.bounds)) if seed is None else ():
+            if seed is None and self.bounds[0] < lost.value < self.bounds[1]:
+                seed = born_at(self.motion, self.paths[0], self.bounds, lost, sentences, self.watch)
+        if seed is None:
+            return NoOrbit(self.second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
+        return self.row_through(seed)
+
+    def further_row(self, near: OrbitRow | None, given: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
+        """The branch of a motion that runs have reached: through one of the given orbits, or the neighbouring branch's."""
+        beside = self.carried(near)
+        row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion is not followed to there")
+        for seed in (*([beside] if beside is not None else []), *given):
+            row = self.row_through(seed)
+            if isinstance(row, OrbitRow):
                 break
-    if seed is None:
-        return NoOrbit(second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
-    return row_through(motion, paths, bounds, second, seed, watch)
+        return row
 
+    def row_through(self, seed: SeedOrbit) -> OrbitRow | NoOrbit:
+        """The branch through an orbit, followed both ways."""
+        try:
+            low, high = sorted((self._side(seed, way) for way in (-1, 1)), key=lambda s: s.value)
+            middle = self._within(seed, (low.value + high.value) / 2)
+            e = self.motion.subject.embedding
+            parted = e is not None and e.shape[0] == e.shape[1] + 1
+            return (self._in_section if parted else self._by_collocation)((low, high), middle)
+        except WuchtError as error:
+            return NoOrbit(self.second, str(error))
 
-def further_row(
-    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, second: float, near: OrbitRow | None,
-    given: tuple[SeedOrbit, ...], watch: Callable[[], None],
-) -> OrbitRow | NoOrbit:  # fmt: skip
-    """The branch of a motion that runs have reached: through one of the given orbits, or the neighbouring branch's."""
-    beside = carried(motion, paths, near, second) if near is not None else None
-    seeds = [*([beside] if beside is not None else []), *given]
-    rows = [row_through(motion, paths, bounds, second, seed, watch) for seed in seeds[:1]]
-    while len(rows) < len(seeds) and isinstance(rows[-1], NoOrbit):
-        rows.append(row_through(motion, paths, bounds, second, seeds[len(rows)], watch))
-    return rows[-1] if rows else NoOrbit(second, "the neighbouring motion is not followed to there")
+    def _side(self, seed: SeedOrbit, way: int) -> OrbitSide:
+        kind, value, sentence, last, at = followed_to_end(self.motion, self.paths[0], self.bounds, seed, way, self.watch)
+        return OrbitSide(kind, value, sentence, SeedOrbit.of(*last, "the end of a branch", both_ways=True), np.asarray(at))
 
+    def _within(self, seed: SeedOrbit, value: float) -> SeedOrbit:
+        """The orbit of a branch at a value, or as near to it as it is followed."""
+        low, high = sorted((seed.value, value))
+        if high - low < 1e-6 * (self.bounds[1] - self.bounds[0]):
+            return seed
+        cycles, start = cycles_through(replace(self.motion.subject, path=self.paths[0]), (low, high), seed)
+        last = _last_of(cycles, start, value > seed.value)
+        return replace(SeedOrbit.of(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
 
-def row_through(
-    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, second: float, seed: SeedOrbit, watch: Callable[[], None]
-) -> OrbitRow | NoOrbit:
-    """The branch through an orbit, followed both ways. motion: at the value of the second parameter."""
-    try:
-        sides = [_side(motion, paths[0], bounds, seed, way, watch) for way in (-1, 1)]
-        sides.sort(key=lambda s: s.value)
-        middle = _within(motion, paths[0], bounds, seed, (sides[0].value + sides[1].value) / 2)
-        e = motion.subject.embedding
-        if e is not None and e.shape[0] == e.shape[1] + 1:
-            return _beside(motion, paths[0], bounds, second, (sides[0], sides[1]), middle, watch)
-        return _as_walked(motion, bounds, second, (sides[0], sides[1]), middle, watch)
-    except WuchtError as error:
-        return NoOrbit(second, str(error))
+    def _by_collocation(self, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit) -> OrbitRow:
+        """The row with stability as collocation has it, in all equations."""
+        whole = self.motion.whole or self.motion.subject
+        lifted = self.motion.lifted(replace(middle, longest=_LONGEST * middle.period))
+        parts = [half_branch(whole, self.bounds, lifted, onward, False, lambda _: self.watch()) for onward in (False, True)]
+        values = np.concatenate([p.values for p in parts])
+        order = np.argsort(values)
+        trusted = np.concatenate([p.trusted for p in parts])[order]
+        stable = np.concatenate([p.stable for p in parts])[order]
+        special = tuple(k for p in parts for k in p.kept if k.kind)
+        known = trusted if trusted.any() else np.ones(len(values), bool)
+        return OrbitRow(self.second, sides, values[order][known], stable[known], special, middle, lifted)
 
+    def _in_section(self, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit) -> OrbitRow:
+        """The row where one direction leads out of the section: there the exponent is a mean, right whatever the period is."""
+        seed = replace(middle, longest=_LONGEST * middle.period)
+        cycles, start = cycles_through(replace(self.motion.subject, path=self.paths[0]), self.bounds, seed)
+        exponent, passed = transverse_exponent(self.motion, self.paths[0]), [start]
+        for first in (start, cycles.backwards(start)):
+            for cycle in cycles.walk(first):
+                self.watch()
+                passed += [] if cycle.kind else [cycle]
+        passed.sort(key=lambda c: c.parameter)
+        values, out = np.array([c.parameter for c in passed]), np.array([exponent(c) for c in passed])
+        inside = np.array([not c.trusted or c.unstable == 0 for c in passed])
+        i = np.flatnonzero(out[:-1] * out[1:] < 0)
+        lost = values[i] + out[i] / (out[i] - out[i + 1]) * (values[i + 1] - values[i])
+        special = tuple(
+            replace(stored_orbit(passed[k]), value=at, kind=BRANCH_POINT)
+            for k, at in zip(i.tolist(), lost.tolist(), strict=True)
+        )
+        return OrbitRow(self.second, sides, values, inside & (out < 0), special, middle, self.motion.lifted(seed))
 
-def _as_walked(
-    motion: ModulatedMotion, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
-    watch: Callable[[], None],
-) -> OrbitRow:  # fmt: skip
-    """The row with stability as collocation has it, in all equations."""
-    whole = motion.whole or motion.subject
-    lifted = motion.lifted(replace(middle, longest=_LONGEST * middle.period))
-    parts = [half_branch(whole, bounds, lifted, onward, False, lambda _: watch()) for onward in (False, True)]
-    values = np.concatenate([p.values for p in parts])
-    order = np.argsort(values)
-    trusted = np.concatenate([p.trusted for p in parts])[order]
-    stable = np.concatenate([p.stable for p in parts])[order]
-    special = tuple(k for p in parts for k in p.kept if k.kind)
-    known = trusted if trusted.any() else np.ones(len(values), bool)
-    return OrbitRow(second, sides, values[order][known], stable[known], special, middle, lifted)
-
-
-def _beside(
-    motion: ModulatedMotion, path: str, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
-    watch: Callable[[], None],
-) -> OrbitRow:  # fmt: skip
-    """The row where one direction leads out of the section: there the exponent is a mean, right however long the period is."""
-    seed = replace(middle, longest=_LONGEST * middle.period)
-    cycles = cycles_of(replace(motion.subject, path=path), bounds, seed.winding, seed.scale, seed.longest)
-    start, exponent = first_cycle(cycles, seed), transverse_exponent(motion, path)
-    seen = [start]
-    for first in (start, cycles.backwards(start)):
-        for cycle in cycles.walk(first):
-            watch()
-            seen += [] if cycle.kind else [cycle]
-    seen.sort(key=lambda c: c.parameter)
-    values, out = np.array([c.parameter for c in seen]), np.array([exponent(c) for c in seen])
-    inside = np.array([not c.trusted or c.unstable == 0 for c in seen])
-    i = np.flatnonzero(out[:-1] * out[1:] < 0)
-    lost = values[i] + out[i] / (out[i] - out[i + 1]) * (values[i + 1] - values[i])
-    special = tuple(
-        StoredOrbit(c.problem.mesh.edges, c.problem.mesh.degree, c.states.T, c.period, float(at), BRANCH_POINT)
-        for c, at in zip([seen[k] for k in i.tolist()], lost.tolist(), strict=True)
-    )
-    return OrbitRow(second, sides, values, inside & (out < 0), special, middle, motion.lifted(seed))
+    def carried(self, near: OrbitRow | None) -> SeedOrbit | None:
+        """The middle orbit of a neighbouring branch, followed to the value of the second parameter; None where that fails."""
+        if near is None or near.second == self.second:
+            return None if near is None else near.middle
+        seed = near.middle
+        there = self.motion.at({self.paths[0]: seed.value}, self.paths[1]).subject
+        low, high = sorted((near.second, self.second))
+        begin = replace(seed, value=near.second, scale=np.append(seed.scale[:-1], high - low))
+        try:
+            cycles, start = cycles_through(there, (low, high), begin)
+            last = _last_of(cycles, start, self.second > near.second)
+            if not math.isclose(last.parameter, self.second, rel_tol=1e-9):
+                return None
+            orbit = SeedOrbit.of(cycles, last, "a neighbouring branch", both_ways=True)
+        except RunError:
+            return None
+        return replace(orbit, value=seed.value, scale=seed.scale, longest=seed.longest)
 
 
 def transverse_exponent(motion: ModulatedMotion, path: str) -> Callable[[Cycle], float]:
@@ -205,46 +220,9 @@ def transverse_exponent(motion: ModulatedMotion, path: str) -> Callable[[Cycle],
     return exponent
 
 
-def _side(
-    motion: ModulatedMotion, path: str, bounds: Bounds, seed: SeedOrbit, way: int, watch: Callable[[], None]
-) -> OrbitSide:
-    kind, value, sentence, last, at = followed_to_end(motion, path, bounds, seed, way, watch)
-    return OrbitSide(kind, value, sentence, SeedOrbit.of(*last, "the end of a branch", both_ways=True), np.asarray(at))
-
-
-def _within(motion: ModulatedMotion, path: str, bounds: Bounds, seed: SeedOrbit, value: float) -> SeedOrbit:
-    """The orbit of a branch at a value, or as near to it as it is followed."""
-    low, high = sorted((seed.value, value))
-    if high - low < 1e-6 * (bounds[1] - bounds[0]):
-        return seed
-    cycles = cycles_of(replace(motion.subject, path=path), (low, high), seed.winding, seed.scale, seed.longest)
-    start = first_cycle(cycles, seed)
-    last = _last_of(cycles.walk(start if value > seed.value else cycles.backwards(start)), start)
-    return replace(SeedOrbit.of(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
-
-
-def _last_of(walk: object, start: Cycle) -> Cycle:
+def _last_of(cycles: Cycles, start: Cycle, onward: bool) -> Cycle:
+    """The last regular orbit of a branch, one way from its first."""
     last = start
-    for cycle in walk:  # type: ignore[attr-defined]
+    for cycle in cycles.walk(start if onward else cycles.backwards(start)):
         last = last if cycle.kind else cycle
     return last
-
-
-def carried(motion: ModulatedMotion, paths: tuple[str, str], near: OrbitRow, second: float) -> SeedOrbit | None:
-    """The middle orbit of a neighbouring branch, followed to another value of the second parameter; None where that fails."""
-    seed, first = near.middle, near.middle.value
-    if near.second == second:
-        return seed
-    there = motion.at({paths[0]: first}, paths[1]).subject
-    low, high = sorted((near.second, second))
-    scale = np.append(seed.scale[:-1], high - low)
-    cycles = cycles_of(there, (low, high), seed.winding, scale, seed.longest)
-    try:
-        start = first_cycle(cycles, replace(seed, value=near.second))
-        last = _last_of(cycles.walk(start if second > near.second else cycles.backwards(start)), start)
-        if not math.isclose(last.parameter, second, rel_tol=1e-9):
-            return None
-        found = SeedOrbit.of(cycles, last, "a neighbouring branch", both_ways=True)
-    except RunError:
-        return None
-    return replace(found, value=first, scale=seed.scale, longest=seed.longest)

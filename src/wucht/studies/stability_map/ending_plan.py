@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from wucht.dynamics.branches.ending_curves import DOUBLE, Plane
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, map_endings, unexplained
+from wucht.dynamics.branches.orbit_curves import Bounds
 from wucht.dynamics.branches.orbit_endings import NONE
 from wucht.dynamics.branches.plane_regions import kinds_of, regions, sides_of
 from wucht.dynamics.parameters import ends_of, parameter_of
@@ -17,7 +17,7 @@ from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.studies.stability_map.map_parts import UNKNOWN, Line, MapParts, Mark, Place, numbered
+from wucht.studies.stability_map.map_parts import UNKNOWN, Line, MapParts, MapPlan, Mark, Place, numbered
 from wucht.studies.stability_map.spec import StabilityMap
 
 ENDINGS: Mapping[str, str] = {
@@ -40,18 +40,15 @@ _SMALL_PARTS = 12  # points at its ends, at most, that are not looked at
 
 
 @dataclass(frozen=True, eq=False)
-class EndingPlan:
-    """along, second: the parameters of the plane. third: that which changes. case: what is mapped."""
+class EndingPlan(MapPlan[EndingFindings]):
+    """third: the parameter that changes."""
 
-    along: Parameter
-    second: Parameter
     third: Parameter
     case: EndingMapCase
 
     @classmethod
     def of(
-        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter,
-        bounds: tuple[tuple[float, float], tuple[float, float]],
+        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter, bounds: Bounds
     ) -> EndingPlan:  # fmt: skip
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         assert spec.eliminate is not None and spec.eliminate_range is not None
@@ -59,23 +56,8 @@ class EndingPlan:
         ends = ends_of(subject, third, spec.eliminate_range, "eliminate_range")
         plane = Plane((third.path, along.path, second.path), (ends, *bounds))
         case = EndingMapCase.of(subject, plane, spec.cells or _CELLS, spec.settings, spec.orbit_settings)
-        return cls(along, second, third, case)
-
-    @property
-    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Of the plane."""
-        return self.case.plane.bounds[1:]
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """See ``MapPlan``."""
-        return self.case.warnings
-
-    @property
-    def keys(self) -> Mapping[str, Any]:
-        """See ``MapPlan``."""
-        ends = list(self.case.plane.bounds[0])
-        return {"eliminate": self.third.path, "eliminate_unit": self.third.unit, "eliminate_range": ends}
+        keys = {"eliminate": third.path, "eliminate_unit": third.unit, "eliminate_range": list(ends)}
+        return cls(along, second, bounds, case.warnings, third, keys, case)
 
     def run(self, work: Work) -> Iterator[EndingFindings]:
         """See ``MapPlan``."""

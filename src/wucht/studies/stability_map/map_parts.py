@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from wucht.dynamics.branches.orbit_curves import Bounds
 from wucht.dynamics.branches.plane_regions import Regions
 from wucht.dynamics.work import Work
 from wucht.fields import Parameter
@@ -80,37 +82,30 @@ class MapFindings(Protocol):
 F = TypeVar("F", bound=MapFindings)
 
 
-class MapPlan(Protocol[F]):
-    """What is to be done, and what is made of it: of the plane of two parameters, with their bounds."""
+@dataclass(frozen=True, eq=False)
+class MapPlan(ABC, Generic[F]):
+    """What is to be done, and what is made of it.
 
-    @property
-    def along(self) -> Parameter: ...  # noqa: D102
+    along, second: the parameters of the plane, with their bounds. warnings: what is doubtful about the equations. third: the
+    parameter whose values lines, marks and places have, if there is one; keys: what the summary says of it.
+    """
 
-    @property
-    def second(self) -> Parameter: ...  # noqa: D102
+    along: Parameter
+    second: Parameter
+    bounds: Bounds
+    warnings: tuple[str, ...]
+    third: Parameter | None
+    keys: Mapping[str, Any]
 
-    @property
-    def third(self) -> Parameter | None:
-        """The parameter whose values lines, points and places have, if there is one."""
-
-    @property
-    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Of both parameters."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What is doubtful about the equations."""
-
-    @property
-    def keys(self) -> Mapping[str, Any]:
-        """What the summary says of the third parameter."""
-
+    @abstractmethod
     def run(self, work: Work) -> Iterator[F]:
         """The findings, each more complete than those before."""
 
+    @abstractmethod
     def parts(self, findings: F) -> MapParts:
         """The map."""
 
+    @abstractmethod
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
         """The answer. areas: the share of the plane of each label, the largest first."""
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from wucht.dynamics.branches.orbit_curves import Bounds
 from wucht.dynamics.branches.plane_regions import kinds_of, regions
 from wucht.dynamics.branches.second_parameter import COINCIDE, BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, lines_of, map_states
@@ -18,7 +18,8 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.studies.stability_map.map_parts import MODULATED, Line, MapParts, Mark, Place, numbered
+from wucht.numerics.zeros import at_passages
+from wucht.studies.stability_map.map_parts import MODULATED, Line, MapParts, MapPlan, Mark, Place, numbered
 from wucht.studies.stability_map.spec import StabilityMap
 
 UNNAMED = "a steady state that was not found"
@@ -37,37 +38,19 @@ _ON_FOLD = 1e-4  # of the range: a row's end that lies on a curve of folds
 
 
 @dataclass(frozen=True, eq=False)
-class StatePlan:
-    """along, second: the parameters of the plane. case: what is mapped."""
+class StatePlan(MapPlan[StateFindings]):
+    """There is no third parameter."""
 
-    along: Parameter
-    second: Parameter
     case: StateMapCase
-    third: None = None
 
     @classmethod
     def of(
-        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter,
-        bounds: tuple[tuple[float, float], tuple[float, float]],
+        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter, bounds: Bounds
     ) -> StatePlan:  # fmt: skip
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         paths, orbits = (along.path, second.path), spec.orbit_settings if spec.orbits else None
-        return cls(along, second, StateMapCase.of(subject, paths, bounds, spec.cells or _CELLS, spec.settings, orbits))
-
-    @property
-    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Of the plane."""
-        return self.case.bounds
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """See ``MapPlan``."""
-        return self.case.warnings
-
-    @property
-    def keys(self) -> Mapping[str, Any]:
-        """See ``MapPlan``: there is no third parameter."""
-        return {}
+        case = StateMapCase.of(subject, paths, bounds, spec.cells or _CELLS, spec.settings, orbits)
+        return cls(along, second, bounds, case.warnings, None, {}, case)
 
     def run(self, work: Work) -> Iterator[StateFindings]:
         """See ``MapPlan``."""
@@ -176,7 +159,6 @@ def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np
 def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: float) -> bool:
     x, y = curve.u[-2:]
     width = case.bounds[0][1] - case.bounds[0][0]
-    i = np.flatnonzero((y[:-1] - second) * (y[1:] - second) <= 0)
+    i, crossed = at_passages(y, second, x)
     near = 0.02 * np.abs(np.diff(x))[i] + _ON_FOLD * width
-    share = np.divide(second - y[i], y[i + 1] - y[i], out=np.zeros(len(i)), where=y[i + 1] != y[i])
-    return bool((np.abs(x[i] + share * (x[i + 1] - x[i]) - value) < near).any())
+    return bool((np.abs(crossed - value) < near).any())
