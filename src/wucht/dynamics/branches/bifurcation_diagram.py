@@ -67,6 +67,10 @@ class BranchCase:
         values = _searched_values(bounds, settings.points)
         return cls(tuple((v, states) for v, states, _ in made), tuple(f for _, _, f in made), plane, values, settings.only)
 
+    def wanted(self, name: str | None) -> bool:
+        """Whether states of a name are followed."""
+        return self.only is None or name in self.only
+
     @property
     def states(self) -> SteadyStates:
         """Those along the parameter, at the first value of the second one."""
@@ -102,6 +106,14 @@ class SearchedValue:
     speeds: tuple[float, float] | None = None
     failure: str | None = None
 
+    @classmethod
+    def of(cls, value: float, second: float | None, search: StatesAtValue | str) -> SearchedValue:
+        """From the states, or the sentence why they could not be searched."""
+        if isinstance(search, str):
+            return cls(value, second, 0, False, "", failure=search)
+        count = len(search.points) + len(search.families)
+        return cls(value, second, count, search.complete, search.shown, search.speeds)
+
 
 @dataclass(frozen=True)
 class NominalState:
@@ -135,6 +147,22 @@ class BranchFindings:
     lost: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
+    def at(self, second: float | None) -> list[EquilibriumBranch]:
+        """The branches at a value of the second parameter."""
+        return [b for b in self.branches if b.second == second]
+
+    def full(self, second: float | None) -> bool:
+        """Whether no more branches are followed at a value of the second parameter."""
+        return len(self.at(second)) >= MOST_BRANCHES
+
+    def joined(self, branch: EquilibriumBranch | str, at: str, second: float | None) -> BranchFindings:
+        """With one more branch, or the sentence why it cannot be followed. at: where its first state is, in words."""
+        if isinstance(branch, str):
+            return replace(self, lost=tuple(dict.fromkeys((*self.lost, f"a state at {at} is not followed: {branch}"))))
+        more = replace(self, branches=(*self.branches, replace(branch, second=second)))
+        sentence = f"more than {MOST_BRANCHES} branches: the others are left out; study.only restricts them"
+        return replace(more, lost=(*self.lost, sentence)) if more.full(second) else more
+
 
 Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete than that before; the last is returned
 
@@ -144,43 +172,72 @@ def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
     for k, ((second, states), family) in enumerate(zip(case.curves, case.families, strict=True)):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
-        findings = yield from _one(_Progress(case, second, findings), states, family, part)
+        findings = yield from _one(case, findings, second, states, family, part)
     if case.plane is not None:
         findings = yield from _curves(case.states, case.plane, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
-def _one(done: _Progress, states: SteadyStates, family: FamilyCurve | None, work: Work) -> Stage:
+def _one(
+    case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, family: FamilyCurve | None,
+    work: Work,
+) -> Stage:  # fmt: skip
     """With one value of the second parameter."""
-    searched = done.case.values
-    for i, value in enumerate(searched):
-        share = _SEARCHING * i / len(searched)
+    for i, value in enumerate(case.values):
+        share, at = _SEARCHING * i / len(case.values), f"{states.path} = {value:.6g}"
         work.report(share, f"searching at {states.path} = {value:.5g}")
         watch = partial(work.report, share, "searching")
-        found = work.unit(f"states at {value!r}", partial(_searched, states, value, watch))
-        yield done.add_search(value, found)
-        if isinstance(found, str):
+        search = work.unit(f"states at {value!r}", partial(_searched, states, value, watch))
+        findings = replace(findings, searched=(*findings.searched, SearchedValue.of(value, second, search)))
+        yield findings
+        if isinstance(search, str):
             continue
-        for state in found.families if done.wanted("compensating") else ():
-            if not done.full and family is not None and not any(family.same(b, state, value) for b in done.families):
-                unit = work.unit(f"family {len(done.branches)}", partial(_family, family, state, value))
-                yield done.add(unit, states.path, value)
-        for u in found.points:
-            if done.full or not done.wanted(states.kind(u).name) or lies_on(states, done.branches, u):
+        for state in search.families if case.wanted("compensating") else ():
+            known = findings.at(second)
+            if findings.full(second) or family is None:
+                continue
+            if not any(family.same(b, state, value) for b in known if b.dimension):
+                branch = work.unit(f"family {len(known)}", partial(_family, family, state, value))
+                findings = findings.joined(branch, at, second)
+                yield findings
+        for u in search.points:
+            known = findings.at(second)
+            if findings.full(second) or not case.wanted(states.kind(u).name) or lies_on(states, known, u):
                 continue
             branch = work.unit(f"branch from {u.tolist()!r}", partial(_from, states, u, None))
             # A state that is a special point itself may belong to a known branch and yet not be recognised on it.
-            if isinstance(branch, str):
-                yield done.add(branch, states.path, value)
-            elif not repeats(states, done.branches, branch):
-                yield done.add(branch, states.path, value)
-                yield from _offshoots(states, done, branch, work)
+            if isinstance(branch, str) or not repeats(states, known, branch):
+                findings = findings.joined(branch, at, second)
+                yield findings
+                findings = yield from _offshoots(case, findings, second, states, branch, work)
     nominal = states.nominal_value
-    if done.second is None and states.bounds[0] <= nominal <= states.bounds[1]:
+    if second is None and states.bounds[0] <= nominal <= states.bounds[1]:
         work.report(_SEARCHING, "the machine's own value")
-        yield done.add_nominal(work.unit("own", partial(_nominal, states, family, tuple(done.branches), nominal)))
-    return done.findings
+        at_value = work.unit("own", partial(_nominal, states, family, findings.branches, nominal))
+        findings = replace(findings, nominal=at_value)
+        yield findings
+    return findings
+
+
+def _offshoots(
+    case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, first: EquilibriumBranch | str,
+    work: Work,
+) -> Stage:  # fmt: skip
+    """The branches that cross one, and those that cross them."""
+    pending = [] if isinstance(first, str) else [*first.offshoots]
+    while pending and not findings.full(second):
+        u, towards = pending.pop(0)
+        known = findings.at(second)
+        if lies_on(states, known, u) or not case.wanted(states.kind(u).name):
+            continue
+        # Near the branch point where they cross, two branches are not yet told apart: the whole one is.
+        branch = work.unit(f"offshoot {u.tolist()!r}", partial(_from, states, u, towards))
+        if isinstance(branch, str) or not repeats(states, known, branch):
+            findings = findings.joined(branch, f"{states.path} = {float(u[-1]):.6g}", second)
+            yield findings
+            pending += [] if isinstance(branch, str) else branch.offshoots
+    return findings
 
 
 def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindings, work: Work) -> Stage:
@@ -198,56 +255,6 @@ def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindi
             findings = replace(findings, curves=(*findings.curves, curve))
         yield findings
     return findings
-
-
-class _Progress:
-    """The branches at one value of the second parameter, and the findings with those before it."""
-
-    def __init__(self, case: BranchCase, second: float | None, before: BranchFindings) -> None:
-        self.case, self.second, self.findings = case, second, before
-        self.branches: list[EquilibriumBranch] = []
-
-    @property
-    def families(self) -> list[EquilibriumBranch]:
-        """Those branches that stand for families."""
-        return [b for b in self.branches if b.dimension]
-
-    @property
-    def full(self) -> bool:
-        """Whether no more branches are followed."""
-        return len(self.branches) >= MOST_BRANCHES
-
-    def wanted(self, name: str | None) -> bool:
-        """Whether states of this name are followed."""
-        return self.case.only is None or name in self.case.only
-
-    def add_search(self, value: float, found: StatesAtValue | str) -> BranchFindings:
-        """With one more value at which it was searched."""
-        if isinstance(found, str):
-            made = SearchedValue(value, self.second, 0, False, "", failure=found)
-        else:
-            count = len(found.points) + len(found.families)
-            made = SearchedValue(value, self.second, count, found.complete, found.shown, found.speeds)
-        self.findings = replace(self.findings, searched=(*self.findings.searched, made))
-        return self.findings
-
-    def add(self, branch: EquilibriumBranch | str, path: str, value: float) -> BranchFindings:
-        """With one more branch, or the sentence why it cannot be followed."""
-        if isinstance(branch, str):
-            sentence = f"a state at {path} = {value:.6g} is not followed: {branch}"
-            self.findings = replace(self.findings, lost=tuple(dict.fromkeys((*self.findings.lost, sentence))))
-        else:
-            self.branches.append(replace(branch, second=self.second))
-            self.findings = replace(self.findings, branches=(*self.findings.branches, self.branches[-1]))
-            if self.full:
-                sentence = f"more than {MOST_BRANCHES} branches: the others are left out; study.only restricts them"
-                self.findings = replace(self.findings, lost=(*self.findings.lost, sentence))
-        return self.findings
-
-    def add_nominal(self, states: Sequence[NominalState]) -> BranchFindings:
-        """With the states at the parameter's value as it is."""
-        self.findings = replace(self.findings, nominal=tuple(states))
-        return self.findings
 
 
 def _searched(states: SteadyStates, value: float, watch: partial[None]) -> StatesAtValue | str:
@@ -272,22 +279,6 @@ def _family(family: FamilyCurve, state: State, value: float) -> EquilibriumBranc
         return family.branch(state, value)
     except RunError as error:
         return str(error)
-
-
-def _offshoots(states: SteadyStates, done: _Progress, first: EquilibriumBranch, work: Work) -> Iterator[BranchFindings]:
-    """The branches that cross one, and those that cross them."""
-    pending = [*first.offshoots]
-    while pending and not done.full:
-        u, towards = pending.pop(0)
-        if lies_on(states, done.branches, u) or not done.wanted(states.kind(u).name):
-            continue
-        # Near the branch point where they cross, two branches are not yet told apart: the whole one is.
-        branch = work.unit(f"offshoot {u.tolist()!r}", partial(_from, states, u, towards))
-        if isinstance(branch, str):
-            yield done.add(branch, states.path, float(u[-1]))
-        elif not repeats(states, done.branches, branch):
-            yield done.add(branch, states.path, float(u[-1]))
-            pending += branch.offshoots
 
 
 def _nominal(

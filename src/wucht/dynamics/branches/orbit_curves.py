@@ -11,6 +11,7 @@ import numpy as np
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through
 from wucht.dynamics.branches.orbit_endings import connections_of, enough
+from wucht.dynamics.branches.plane_regions import Bounds
 from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -18,12 +19,11 @@ from wucht.numerics.periodic.connection_starts import of_cycle
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.zeros import at_passages
 
 _LONGEST = 8.0  # times the period of the orbit with which a curve begins
 _POINTS = 401  # each way
 _SAME = 1e-3  # of the range
-
-Bounds = tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,15 @@ class OrbitCurve:
     kind: str
     x: np.ndarray
     y: np.ndarray
+
+    def passes(self, x: float, y: float, near: float) -> bool:
+        """Whether it passes a place, but for so much of the first parameter."""
+        return bool((np.abs(at_passages(self.y, y, self.x)[1] - x) < near).any())
+
+    def ends_before(self, x: float, y: float, near: tuple[float, float]) -> bool:
+        """Whether one of its ends lies so near to a place, in both parameters, before it."""
+        k = int(np.abs(self.y - y).argmin())
+        return bool(k in (0, len(self.y) - 1) and 0 < abs(self.y[k] - y) < near[1] and abs(self.x[k] - x) < near[0])
 
 
 def orbit_curve(

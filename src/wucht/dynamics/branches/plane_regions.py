@@ -8,13 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+Range = tuple[float, float]
+Bounds = tuple[Range, Range]  # of both parameters of a plane
+
 _FINE = 240  # pixels a side
 _SMALLEST = 6e-4  # of the plane: what is smaller belongs to its neighbour
 _EDGE = 4  # pixels
 _BESIDE = 3.0  # pixels: how far beside a curve it is looked what is on its sides
 
 
-def cell_centres(bounds: tuple[float, float], cells: int) -> np.ndarray:
+def cell_centres(bounds: Range, cells: int) -> np.ndarray:
     """The centres (cells,) of so many cells side by side between bounds."""
     low, high = bounds
     return np.asarray(low + (high - low) * (np.arange(cells) + 0.5) / cells)

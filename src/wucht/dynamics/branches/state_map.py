@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -12,9 +12,9 @@ import numpy as np
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, ReachedMotions, reached_motions
-from wucht.dynamics.branches.orbit_curves import Bounds, OrbitCurve, connection_curve, orbit_curve
+from wucht.dynamics.branches.orbit_curves import OrbitCurve, connection_curve, orbit_curve
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import cell_centres, regions
+from wucht.dynamics.branches.plane_regions import Bounds, cell_centres, regions
 from wucht.dynamics.branches.second_parameter import (
     BifurcationCurve,
     Crossing,
@@ -33,7 +33,6 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
-from wucht.numerics.zeros import at_passages
 
 _ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work, by which these are done
 _MOST_FAMILIES = 4  # of modulated motions that runs have reached
@@ -82,6 +81,15 @@ class StateMapCase:
         """Of the cells, in the first (0) or the second (1) parameter."""
         return cell_centres(self.bounds[k], self.cells)
 
+    def motion_at(self, second: float) -> ModulatedMotion:
+        """The modulated motions at a value of the second parameter."""
+        assert self.motion is not None
+        return self.motion.at({self.paths[1]: second}, self.paths[0])
+
+    def orbits_at(self, second: float, watch: Callable[[], None]) -> RowCase:
+        """The row of modulated motions at a value of the second parameter."""
+        return RowCase(self.motion_at(second), self.paths, self.bounds[0], second, watch)
+
     def second(self, value: float) -> SecondParameter:
         """The second parameter at a value."""
         return SecondParameter(self.paths[1], self.bounds[1], value)
@@ -101,6 +109,11 @@ class StateFindings:
     extra: tuple[tuple[float, float], ...] = ()
     lost: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
+
+    @property
+    def orbit_rows(self) -> list[OrbitRow]:
+        """Those rows in which there is a modulated motion."""
+        return [row for row in self.orbits if isinstance(row, OrbitRow)]
 
 
 Stage = Generator[StateFindings, None, StateFindings]
@@ -164,11 +177,9 @@ def _with_runs(
     case: StateMapCase, findings: StateFindings, work: Work, values: list[float], second: float, share: float
 ) -> StateFindings:
     """With what runs come to at values of the first parameter."""
-    assert case.motion is not None
-    there = case.motion.at({case.paths[1]: second}, case.paths[0])
     watch = partial(work.report, share, f"runs from several starts at {case.paths[1]} = {second:.4g}")
     watch()
-    make = partial(reached_motions, there, case.paths[0], case.bounds[0], values, second, watch)
+    make = partial(reached_motions, case.motion_at(second), case.paths[0], case.bounds[0], values, second, watch)
     return replace(findings, reached=(*findings.reached, *work.unit(f"runs {second!r}", make)))
 
 
@@ -178,7 +189,7 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
     Each begins in the row that has most of them, and is followed from row to row both ways.
     """
     assert case.motion is not None
-    paths, seconds = case.paths, case.centres(1).tolist()
+    seconds = case.centres(1).tolist()
     for family in range(_MOST_FAMILIES if case.motion.whole is None else 0):
         seeds = _unexplained(findings)
         if not seeds:
@@ -191,12 +202,9 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             beside, given = made.get(k - 1 if k > begin else k + 1), [seed for second, seed in mine if second == seconds[k]]
             if not given and not isinstance(beside, OrbitRow):
                 continue
-            there = case.motion.at({paths[1]: seconds[k]}, paths[0])
-            watch = partial(work.report, _ORBITS, f"further modulated motions at {paths[1]} = {seconds[k]:.4g}")
+            watch = partial(work.report, _ORBITS, f"further modulated motions at {case.paths[1]} = {seconds[k]:.4g}")
             watch()
-            near = beside if isinstance(beside, OrbitRow) else None
-            row = RowCase(there, paths, case.bounds[0], seconds[k], watch)
-            make = partial(row.further_row, near, tuple(given))
+            make = partial(case.orbits_at(seconds[k], watch).further_row, beside, tuple(given))
             made[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
             findings = replace(findings, orbits=(*findings.orbits, made[k]))
             yield findings
@@ -209,12 +217,11 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
 
 def _unexplained(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
     """The orbits that runs have reached and no row has, with the values of the second parameter."""
-    rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
     return [
         (place.y, orbit)
         for place in findings.reached
         for orbit in place.orbits
-        if not any(r.second == place.y and r.has(place.x, orbit.winding) for r in rows)
+        if not any(r.second == place.y and r.has(place.x, orbit.winding) for r in findings.orbit_rows)
     ]
 
 
@@ -239,31 +246,27 @@ def _orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
 def _orbit_row(
     case: StateMapCase, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, what: str
 ) -> OrbitRow | NoOrbit:
-    assert case.motion is not None
-    there = case.motion.at({case.paths[1]: second}, case.paths[0])
-    beside = near if isinstance(near, OrbitRow) else None
-    watch = partial(work.report, share, what)
-    row = RowCase(there, case.paths, case.bounds[0], second, watch)
-    return work.unit(f"orbits {second!r}", partial(row.row, beside))
+    row = case.orbits_at(second, partial(work.report, share, what))
+    return work.unit(f"orbits {second!r}", partial(row.row, near))
 
 
 def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
     """The curves through what is special on a row of orbits."""
     if isinstance(row, NoOrbit):
         return findings
-    assert case.motion is not None
-    paths, there = case.paths, case.motion.at({case.paths[1]: row.second}, case.paths[0])
+    paths, there = case.paths, case.motion_at(row.second)
+    width, spacing = (high - low for low, high in case.bounds)
+    beside = 0.1 * width, 1.5 * spacing / case.cells
     wanted = [(k.kind, k.value, partial(orbit_curve, there, paths, case.bounds, row, k)) for k in row.special]
     wanted += [
         (SADDLE_CONNECTION, s.value, partial(connection_curve, there, paths, case.bounds, row, s))
         for s in row.sides if s.kind == SADDLE_CONNECTION
     ]  # fmt: skip
     for kind, value, make in wanted:
-        if kind == BRANCH_POINT and any(
-            c.kind == kind and _continues(case, c, value, row.second) for c in findings.orbit_curves
-        ):
+        alike = [c for c in findings.orbit_curves if c.kind == kind]
+        if kind == BRANCH_POINT and any(c.ends_before(value, row.second, beside) for c in alike):
             continue
-        if any(c.kind == kind and _on(case, c, value, row.second) for c in findings.orbit_curves):
+        if any(c.passes(value, row.second, _ON_CURVE * width) for c in alike):
             continue
         work.report(share, f"the curve of the {kind.replace('-', ' ')}s of modulated motions")
         made = work.unit(f"{kind} {value!r} {row.second!r}", make)
@@ -276,19 +279,6 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
             findings = replace(findings, orbit_curves=(*findings.orbit_curves, made))
         yield findings
     return findings
-
-
-def _on(case: StateMapCase, curve: OrbitCurve, value: float, second: float) -> bool:
-    width = case.bounds[0][1] - case.bounds[0][0]
-    return bool((np.abs(at_passages(curve.y, second, curve.x)[1] - value) < _ON_CURVE * width).any())
-
-
-def _continues(case: StateMapCase, curve: OrbitCurve, value: float, second: float) -> bool:
-    """Whether a row's special orbit goes on where a curve has ended, one row further."""
-    spacing = 1.5 * (case.bounds[1][1] - case.bounds[1][0]) / case.cells
-    k = int(np.abs(curve.y - second).argmin())
-    beyond = k in (0, len(curve.y) - 1) and 0 < abs(curve.y[k] - second) < spacing
-    return bool(beyond and abs(curve.x[k] - value) < 0.1 * (case.bounds[0][1] - case.bounds[0][0]))
 
 
 def lines_of(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -308,9 +298,7 @@ def extended(case: StateMapCase, findings: StateFindings) -> list[OrbitCurve]:
             continue
         order = np.argsort(c.y)
         x, y = c.x[order], c.y[order]
-        beyond = [
-            (k.value, r.second) for r in findings.orbits if isinstance(r, OrbitRow) for k in r.special if k.kind == c.kind
-        ]
+        beyond = [(k.value, r.second) for r in findings.orbit_rows for k in r.special if k.kind == c.kind]
         for sign in (-1, 1):
             end = 0 if sign < 0 else -1
             more = sorted((sign * b, a, b) for a, b in beyond if sign * (b - y[end]) > 0)
@@ -337,8 +325,7 @@ def _extra(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
         part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
         findings = yield from _steady(case, findings, y, np.array([x]), part, part)
         if case.motion is not None:
-            rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
-            near = min(rows, key=lambda r: abs(r.second - y), default=None)
+            near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
             made = _orbit_row(case, part, y, near, _ORBITS, "modulated motions in a small region")
             findings = _with_runs(case, replace(findings, orbits=(*findings.orbits, made)), part, [x], y, _ORBITS)
         findings = replace(findings, extra=(*findings.extra, (x, y)))

@@ -13,6 +13,7 @@ from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through, half_branch, stored_orbit
 from wucht.dynamics.branches.orbit_endings import born_at, followed_to_end
+from wucht.dynamics.branches.plane_regions import Range
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
@@ -21,8 +22,6 @@ from wucht.numerics.periodic.cycles import Cycles
 ONE = "one stable state"
 STABLE = 2  # a place's level: see ``LEVELS``
 _LONGEST = 3.0  # times the period of the first orbit: so far stability is looked at
-
-Bounds = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -103,11 +102,11 @@ class RowCase:
 
     motion: ModulatedMotion
     paths: tuple[str, str]
-    bounds: Bounds
+    bounds: Range
     second: float
     watch: Callable[[], None]
 
-    def row(self, near: OrbitRow | None) -> OrbitRow | NoOrbit:
+    def row(self, near: OrbitRow | NoOrbit | None) -> OrbitRow | NoOrbit:
         """The branch of modulated motions. near: that at a neighbouring value."""
         sentences = list[str]()
         seed = self.carried(near)
@@ -118,7 +117,7 @@ class RowCase:
             return NoOrbit(self.second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
         return self.row_through(seed)
 
-    def further_row(self, near: OrbitRow | None, given: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
+    def further_row(self, near: OrbitRow | NoOrbit | None, given: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
         """The branch of a motion that runs have reached: through one of the given orbits, or the neighbouring branch's."""
         beside = self.carried(near)
         row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion is not followed to there")
@@ -185,10 +184,10 @@ class RowCase:
         )
         return OrbitRow(self.second, sides, values, inside & (out < 0), special, middle, self.motion.lifted(seed))
 
-    def carried(self, near: OrbitRow | None) -> SeedOrbit | None:
+    def carried(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
         """The middle orbit of a neighbouring branch, followed to the value of the second parameter; None where that fails."""
-        if near is None or near.second == self.second:
-            return None if near is None else near.middle
+        if not isinstance(near, OrbitRow) or near.second == self.second:
+            return near.middle if isinstance(near, OrbitRow) else None
         seed = near.middle
         there = self.motion.at({self.paths[0]: seed.value}, self.paths[1]).subject
         low, high = sorted((near.second, self.second))

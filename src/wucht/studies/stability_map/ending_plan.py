@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 from wucht.dynamics.branches.ending_curves import DOUBLE, Plane
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, map_endings, unexplained
-from wucht.dynamics.branches.orbit_curves import Bounds
 from wucht.dynamics.branches.orbit_endings import NONE
-from wucht.dynamics.branches.plane_regions import kinds_of, regions, sides_of
+from wucht.dynamics.branches.plane_regions import Bounds, kinds_of, regions, sides_of
 from wucht.dynamics.parameters import ends_of, parameter_of
 from wucht.dynamics.work import Work
 from wucht.fields import Parameter

@@ -10,8 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from wucht.dynamics.branches.orbit_curves import Bounds
-from wucht.dynamics.branches.plane_regions import Regions
+from wucht.dynamics.branches.plane_regions import Bounds, Regions
 from wucht.dynamics.work import Work
 from wucht.fields import Parameter
 

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.branches.orbit_curves import Bounds
-from wucht.dynamics.branches.plane_regions import kinds_of, regions
+from wucht.dynamics.branches.plane_regions import Bounds, kinds_of, regions
 from wucht.dynamics.branches.second_parameter import COINCIDE, BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, lines_of, map_states
-from wucht.dynamics.branches.state_rows import STABLE, OrbitRow
+from wucht.dynamics.branches.state_rows import STABLE
 from wucht.dynamics.work import Work
 from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
@@ -112,7 +111,6 @@ def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, 
 
     They are those of the branches, and those that runs from several starts have reached.
     """
-    orbits = [r for r in findings.orbits if isinstance(r, OrbitRow)]
     reached = {(r.x, r.y): r for r in findings.reached}
     across = case.centres(0).tolist()
     # The rows of the cells come first; each of the others is of one place.
@@ -120,7 +118,7 @@ def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, 
     found = []
     for row, xs in zip(findings.rows, values, strict=False):
         for x, named in zip(xs, row.stable, strict=True):
-            names, level = list(named), max((r.state_at(x) for r in orbits if r.second == row.second), default=0)
+            names, level = list(named), max((r.state_at(x) for r in findings.orbit_rows if r.second == row.second), default=0)
             if (runs := reached.get((x, row.second))) is not None:
                 level = STABLE if runs.orbits else level
                 names += [UNNAMED] if runs.steady and not named else []
@@ -131,7 +129,6 @@ def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, 
 
 def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
     """Those parts of fold curves that lie on the modulated motion: between rows whose branch ends there."""
-    rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
     half = (case.bounds[1][1] - case.bounds[1][0]) / case.cells / 2
     parts = []
     for c in findings.curves:
@@ -139,7 +136,7 @@ def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np
             continue
         seconds = [
             r.second
-            for r in rows
+            for r in findings.orbit_rows
             for s in r.sides
             if s.kind in (SADDLE_NODE_ON_ORBIT, NOT_IDENTIFIED) and _lies_on(case, c, s.value, r.second)
         ]
