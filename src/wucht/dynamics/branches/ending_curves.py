@@ -279,9 +279,8 @@ def _from_double(
         lost.append(str(error))
     watch("the curve at which both pairs of steady states vanish at once")
     s = motion.subject
-    fixed = {n: s.values[n] for n in s.system.parameter_names if n not in plane.paths}
     widths = {p: b[1] - b[0] for p, b in zip(plane.paths, plane.bounds, strict=True)}
-    equations = Equations.of(s.system, plane.paths, fixed, motion.sizes(widths))
+    equations = Equations.of(s.system, plane.paths, s.fixed_beside(*plane.paths), motion.sizes(widths))
     pairs, n = FoldPairs(equations, plane.wider), len(s.system.states)
     u = np.concatenate([double.equilibria.ravel(), double.parameters[:3]])
     for way in (1, -1):

@@ -87,12 +87,12 @@ def cycles_of(
     subject: OrbitProblem, bounds: tuple[float, float], winding: np.ndarray, scale: np.ndarray, longest: float
 ) -> Cycles:
     """The branches of a winding (n,). scale (n+1,): of states and parameter."""
-    names = subject.system.state_names
-    turns = {name: int(w) for name, w in zip(names, winding, strict=True) if w}
-    sizes = dict(zip((*names, subject.path), scale.tolist(), strict=True))
+    system, path = subject.system, subject.path
+    sizes = dict(zip((*system.state_names, path), scale.tolist(), strict=True))
     return Cycles.of(
-        subject.system, subject.path, subject.fixed, bounds, winding=turns, scale=sizes, periods=(0.0, longest), steps=_STEPS
-    )
+        system, path, subject.fixed_beside(path), bounds,
+        winding=subject.turns(winding), scale=sizes, periods=(0.0, longest), steps=_STEPS,
+    )  # fmt: skip
 
 
 def orbit_of_run(

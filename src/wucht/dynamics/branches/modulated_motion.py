@@ -95,8 +95,7 @@ class ModulatedMotion:
     def equilibria(self, path: str, bounds: tuple[float, float]) -> Equilibria:
         """Along a parameter."""
         s = self.subject
-        fixed = {n: s.values[n] for n in s.system.parameter_names if n != path}
-        equations = Equations.of(s.system, [path], fixed, self.sizes({path: bounds[1] - bounds[0]}))
+        equations = Equations.of(s.system, [path], s.fixed_beside(path), self.sizes({path: bounds[1] - bounds[0]}))
         low, high = self.box
         room = _BEYOND * (high - low)
         limits = {i: (low[i] - room[i], high[i] + room[i]) for i in np.flatnonzero(~s.turning).tolist()}

@@ -52,12 +52,13 @@ def orbit_curve(
     s, seed = subject.system, row.whole
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
     sizes = dict(zip(s.state_names, seed.scale[:-1].tolist(), strict=True)) | widths
-    fixed = {n: subject.values[n] for n in s.parameter_names if n not in paths}
-    winding = {n: int(w) for n, w in zip(s.state_names, seed.winding, strict=True) if w}
     longest = _LONGEST * special.period
     try:
         at = _located(*cycles_through(replace(subject, path=paths[0]), bounds[0], replace(seed, longest=longest)), special)
-        of = CycleCurve.of(special.kind, s, paths, fixed, bounds, winding=winding, scale=sizes, periods=(0.0, longest))
+        of = CycleCurve.of(
+            special.kind, s, paths, subject.fixed_beside(*paths), bounds,
+            winding=subject.turns(seed.winding), scale=sizes, periods=(0.0, longest),
+        )  # fmt: skip
         return _both_ways(special.kind, of, of.start(at, row.second))
     except WuchtError as error:
         return str(error)

@@ -207,12 +207,11 @@ def connections_of(
     """Connections over some parameters, with the sizes of the map."""
     s = motion.subject
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
-    fixed = {n: s.values[n] for n in s.system.parameter_names if n not in paths}
-    turns = {n: int(w) for n, w in zip(s.system.state_names, winding, strict=True) if w}
     # The time is kept: where the curve ends at a saddle-node, so does its orbit, which takes up from there.
     return Connections.of(
-        s.system, paths, fixed, bounds, time, folds=folds, winding=turns, scale=motion.sizes(widths), steps=_STEPS, longest=time
-    )
+        s.system, paths, s.fixed_beside(*paths), bounds, time,
+        folds=folds, winding=s.turns(winding), scale=motion.sizes(widths), steps=_STEPS, longest=time,
+    )  # fmt: skip
 
 
 def _connection(

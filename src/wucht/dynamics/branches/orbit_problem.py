@@ -87,10 +87,13 @@ class OrbitProblem:
         """Which states are angles (n,)."""
         return np.array([s in self.system.angles for s in self.system.states])
 
-    @property
-    def fixed(self) -> dict[str, float]:
-        """The values of the other parameters."""
-        return {n: self.values[n] for n in self.system.parameter_names if n != self.path}
+    def fixed_beside(self, *paths: str) -> dict[str, float]:
+        """The values of all parameters but some."""
+        return {n: self.values[n] for n in self.system.parameter_names if n not in paths}
+
+    def turns(self, winding: np.ndarray) -> dict[str, int]:
+        """By how many turns angles change in a period, by name: those that do. winding (n,)."""
+        return {n: int(w) for n, w in zip(self.system.state_names, winding, strict=True) if w}
 
 
 def _of_machine(settings: OrbitSettings, machine: Machine, path: str) -> OrbitProblem:

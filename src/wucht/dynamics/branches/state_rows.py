@@ -207,8 +207,7 @@ def transverse_exponent(motion: ModulatedMotion, path: str) -> Callable[[Cycle],
     """ln mu of the one direction that leads out of the section, by an integral over an orbit."""
     whole, e = motion.whole, motion.subject.embedding
     assert whole is not None and e is not None
-    fixed = {n: whole.values[n] for n in whole.system.parameter_names if n != path}
-    equations = Equations.of(whole.system, [path], fixed)
+    equations = Equations.of(whole.system, [path], whole.fixed_beside(path))
     out = np.linalg.qr(e, mode="complete")[0][:, -1]
 
     def exponent(cycle: Cycle) -> float:

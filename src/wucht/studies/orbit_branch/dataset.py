@@ -105,7 +105,7 @@ def _special(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
 
 
 def _branches(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
-    listed, names = [], plan.problem.system.state_names
+    listed = []
     for branch in findings.branches:
         values, kinds = branch.joined("values"), np.array([bool(kind) for kind in branch.kinds])
         stretches = _stretches(branch.joined("stable") & ~kinds, kinds)
@@ -115,7 +115,7 @@ def _branches(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
             limits[0] = [min(one[0], other[0]), max(one[1], other[1])]
         listed.append({
             "begun": branch.seed.begun, "range": [float(values.min()), float(values.max())],
-            "winding": {n: int(w) for n, w in zip(names, branch.seed.winding, strict=True) if w}, "stable": limits,
+            "winding": plan.problem.turns(branch.seed.winding), "stable": limits,
         })  # fmt: skip
     return listed
 
