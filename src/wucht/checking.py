@@ -71,8 +71,8 @@ def is_pairs(given: object) -> TypeGuard[Sequence[Sequence[Any]]]:
     return isinstance(given, list | tuple) and all(isinstance(p, list | tuple) and len(p) == 2 for p in given)
 
 
-def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[str], not_yet: Iterable[str] = ()) -> str:
-    """The name under a key, one of those known. Raises ``InputError``: missing, misspelt, not yet there, or no name at all."""
+def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[str]) -> str:
+    """The name under a key, one of those known. Raises ``InputError``: missing, misspelt, or no name at all."""
     at, known = f"{where}.{key}", list(known)
     value = document.get(key)
     if value is None:
@@ -82,8 +82,6 @@ def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[st
         raise InputError(at, None, f"this key is missing; known: {', '.join(known)}")
     if isinstance(value, str) and value in known:
         return value
-    if isinstance(value, str) and value in not_yet:
-        raise InputError(at, value, f"not yet: this one comes with a later version; known: {', '.join(known)}")
     raise InputError(at, value, f"unknown {key}; {nearest(value if isinstance(value, str) else '', known)}")
 
 
