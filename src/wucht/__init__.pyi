@@ -1,0 +1,51 @@
+# The names of the package: for type checkers, and for lazy_loader.
+from .cams.drive import CamDrive as CamDrive
+from .files.catalogue import load_equations as load_equations
+from .files.catalogue import load_machine as load_machine
+from .files.own_equations import OwnEquations as OwnEquations
+from .machines import parts as parts
+from .machines.machine import Machine as Machine
+from .mechanics.averaging import averaged as averaged
+from .mechanics.separation import separated as separated
+from .mechanics.strong_damping import strongly_damped as strongly_damped
+from .numerics.flow.compiled import compile_system as compile_system
+from .numerics.flow.integrate import integrate as integrate
+from .numerics.orbits import periodic_orbit as periodic_orbit
+from .results.page import JOURNAL as JOURNAL
+from .results.page import PRINT as PRINT
+from .studies.activation.spec import Activation as Activation
+from .studies.approximation.spec import Approximation as Approximation
+from .studies.basin.spec import Basin as Basin
+from .studies.cam_contour.spec import CamContour as CamContour
+from .studies.cam_correction.spec import CamCorrection as CamCorrection
+from .studies.cam_law.spec import CamLaw as CamLaw
+from .studies.cam_prediction.spec import CamPrediction as CamPrediction
+from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
+from .studies.coast_down.spec import CoastDown as CoastDown
+from .studies.comparison.spec import Comparison as Comparison
+from .studies.entrainment.spec import Entrainment as Entrainment
+from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
+from .studies.failure_detection.spec import FailureDetection as FailureDetection
+from .studies.load_spectrum.machine_or_records import Records as Records
+from .studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
+from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
+from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch
+from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
+from .studies.response.spec import Response as Response
+from .studies.run_up.spec import RunUp as RunUp
+from .studies.runner import draw as draw
+from .studies.runner import export as export
+from .studies.runner import load as load
+from .studies.runner import report as report
+from .studies.runner import run as run
+from .studies.speed_curve.spec import SpeedCurve as SpeedCurve
+from .studies.stability_map.spec import StabilityMap as StabilityMap
+from .studies.study_file import compare as compare
+from .studies.study_file import run_file as run_file
+from .studies.sweep.spec import Sweep as Sweep
+from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
+from .studies.torque_balance.spec import TorqueBalance as TorqueBalance
+from .system import System as System
+
+__version__: str
+__all__: list[str]
