@@ -19,7 +19,9 @@ from wucht.piecewise import ABSOLUTE, PiecewiseCubic, step
 from wucht.quantities import LARGEST
 
 _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one another
-_TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([^\W\d]\w*)|(\*\*|[-+*/^(),])|(\S))")
+_TOKEN = re.compile(
+    r"(?P<number>\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)|(?P<sign>\*\*|[-+*/^(),])|(?P<unknown>\S)"
+)
 _HIGHEST = 1000  # exponent: derivatives of higher powers take forever, and nothing is left of them
 _EXACT = 18  # digits of a number that is kept as a fraction, and largest exponent with which a fraction is raised exactly
 _SIGN = step("sign", 0.0, -1.0, 1.0)
@@ -81,17 +83,11 @@ class _Reader:
 
     def __init__(self, written: str, known: Mapping[str, sp.Symbol], where: str) -> None:
         self._written, self._known, self._where = written, known, where
-        self._tokens, self._at, self._depth = [], 0, 0
-        place = 0
-        while written[place:].strip():
-            found = _TOKEN.match(written, place)
-            assert found is not None  # the last alternative takes any character
-            kind = ("number", "name", "sign", "unknown")[found.lastindex - 1 if found.lastindex else 3]
-            token = _Token(kind, found[found.lastindex or 0], found.start(found.lastindex or 0) + 1)
-            if kind == "unknown":
+        self._at, self._depth = 0, 0
+        self._tokens = [_Token(str(t.lastgroup), t[0], t.start() + 1) for t in _TOKEN.finditer(written)]
+        for token in self._tokens:
+            if token.kind == "unknown":
                 raise self._wrong(f"{token.text!r} at character {token.place} belongs to no formula")
-            self._tokens.append(token)
-            place = found.end()
         self._tokens.append(_Token("end", "", len(written) + 1))
 
     def whole(self) -> sp.Expr:
