@@ -1,4 +1,4 @@
-"""Distributions of random quantities, by their inverse distribution functions."""
+"""Distributions of random quantities: what a table says, as a distribution of ``scipy.stats``."""
 
 from __future__ import annotations
 
@@ -26,65 +26,21 @@ _FACTOR = Unit("", "factor")
 
 
 @dataclass(frozen=True)
-class Uniform:
-    """All values between low and high alike."""
+class Distribution:
+    """A distribution of ``scipy.stats``: its name there, shape, place and width. logarithmic: of the natural logarithms."""
 
-    low: float
-    high: float
-
-    def at(self, share: np.ndarray) -> np.ndarray:
-        """The values below which these shares (M,) lie, in (0, 1)."""
-        return np.asarray(self.low + (self.high - self.low) * share)
-
-
-@dataclass(frozen=True)
-class Triangular:
-    """A density that rises from low to the mode and falls to high."""
-
-    low: float
-    mode: float
-    high: float
-
-    def at(self, share: np.ndarray) -> np.ndarray:
-        """See ``Uniform``."""
-        width, left = self.high - self.low, self.mode - self.low
-        below = self.low + np.sqrt(share * width * left)
-        above = self.high - np.sqrt((1 - share) * width * (self.high - self.mode))
-        return np.asarray(np.where(share * width < left, below, above))
-
-
-@dataclass(frozen=True)
-class Normal:
-    """mean, deviation: of the whole distribution, of which the part between low and high is taken. logarithmic: all of these
-    are natural logarithms."""
-
-    mean: float
-    deviation: float
-    low: float = -math.inf
-    high: float = math.inf
+    name: str
+    shape: tuple[float, ...]
+    place: float
+    width: float
     logarithmic: bool = False
 
     def at(self, share: np.ndarray) -> np.ndarray:
-        """See ``Uniform``."""
-        from scipy.special import ndtr, ndtri
+        """The values below which these shares (M,) lie, in (0, 1)."""
+        from scipy import stats
 
-        a, b = ((end - self.mean) / self.deviation for end in (self.low, self.high))
-        sign = -1 if a > 0 else 1  # beyond the mean by the mirror image: there shares near 1 would be rounded
-        p, q = (ndtr(a), ndtr(b)) if sign > 0 else (ndtr(-a), ndtr(-b))
-        normal = np.clip(sign * ndtri(p + share * (q - p)), a, b)
-        values = self.mean + self.deviation * normal
-        return np.asarray(np.exp(values) if self.logarithmic else values)
-
-    @property
-    def left(self) -> float:
-        """The probability between low and high."""
-        return 0.5 * (
-            math.erf((self.high - self.mean) / self.deviation / math.sqrt(2))
-            - math.erf((self.low - self.mean) / self.deviation / math.sqrt(2))
-        )
-
-
-Distribution = Uniform | Triangular | Normal
+        values = np.asarray(getattr(stats, self.name).ppf(share, *self.shape, loc=self.place, scale=self.width))
+        return np.asarray(np.exp(values)) if self.logarithmic else values
 
 
 def check_form(given: Mapping[str, Any], where: str) -> None:
@@ -115,7 +71,9 @@ def distribution_of(given: Mapping[str, Any], unit: Unit, where: str) -> Distrib
         if not (numbers == sorted(numbers) and numbers[0] < numbers[-1]):
             names = " <= ".join(KINDS[kind]) if len(numbers) > 2 else "low below high"
             raise InputError(at, list(given[kind]), f"must be [{', '.join(KINDS[kind])}] with {names}")
-        return Uniform(*numbers) if kind == "uniform" else Triangular(*numbers)
+        low, width = numbers[0], numbers[-1] - numbers[0]
+        shape = () if kind == "uniform" else ((numbers[1] - low) / width,)
+        return Distribution("triang" if shape else "uniform", shape, low, width)
     logarithmic = kind == "log-normal"
     if logarithmic and not (numbers[0] > 0 and numbers[1] > 1):
         within = "68 % lie between median/factor and median factor"
@@ -127,11 +85,12 @@ def distribution_of(given: Mapping[str, Any], unit: Unit, where: str) -> Distrib
     if _BETWEEN in given:
         ends = _ends(given[_BETWEEN], unit, f"{where}.{_BETWEEN}", logarithmic)
     scale = math.log if logarithmic else float
-    made = Normal(scale(numbers[0]), scale(numbers[1]), *ends, logarithmic)
-    if not made.left >= _LEAST_LEFT:
+    mean, deviation = scale(numbers[0]), scale(numbers[1])
+    low, high = ((end - mean) / deviation for end in ends)
+    if not 0.5 * (math.erf(high / math.sqrt(2)) - math.erf(low / math.sqrt(2))) >= _LEAST_LEFT:
         allowed = f"there must be more than {_LEAST_LEFT:g} of the distribution between these limits"
         raise InputError(f"{where}.{_BETWEEN}", list(given[_BETWEEN]), allowed)
-    return made
+    return Distribution("truncnorm", (low, high), mean, deviation, logarithmic)
 
 
 def _ends(given: Any, unit: Unit, where: str, logarithmic: bool) -> tuple[float, float]:
