@@ -14,7 +14,7 @@ SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
     "errors", "disk_cache", "file_names", "quantities", "piecewise", "system", "checking", "fields", "keys", "results",
     "numerics", "fatigue",
-    "mechanics", "machines", "files", "analysis", "dynamics", "measurements", "cams", "studies", "extending", "cli",
+    "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics", "studies", "extending", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import wucht
+from wucht.dynamics.exciters.design_trials import Checked
+from wucht.dynamics.exciters.slow_beats import Beat, Rig
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.results.conventions import summary_of
 from wucht.studies.exciter_design.dataset import dataset
-from wucht.studies.exciter_design.full_check import Checked
 from wucht.studies.exciter_design.prepare import prepare
 from wucht.studies.exciter_design.run import Findings
-from wucht.studies.exciter_design.slow_beats import Beat, Rig
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.study_file import run_file
 

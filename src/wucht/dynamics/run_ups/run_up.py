@@ -91,9 +91,13 @@ class Motion:
     @cached_property
     def verdict(self) -> Verdict:
         """The outcome, and the numbers behind it."""
-        machine, last = self.case.machine, self.trajectory
-        free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
-        return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
+        return verdict_at_end(self.case.machine, self.observation, self.trajectory)
+
+
+def verdict_at_end(machine: Machine, observation: Observation, motion: Trajectory) -> Verdict:
+    """The outcome of a motion that was observed until its end."""
+    free = free_speed(machine.at(motion.end_time), machine.rotor, motion.end_time)
+    return judge(machine, observation, free, motion.failure, motion.stopped_by == SPEED_LIMIT)
 
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:

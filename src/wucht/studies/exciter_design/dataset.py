@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.exciters.design_trials import METRICS, Checked, Tried, damaging, distances
+from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
 from wucht.results.conventions import Variable, answered, variable
-from wucht.studies.exciter_design.design_trials import METRICS, Tried, damaging, distances
-from wucht.studies.exciter_design.full_check import Checked
 from wucht.studies.exciter_design.prepare import Plan
 from wucht.studies.exciter_design.run import Findings
-from wucht.studies.exciter_design.slow_beats import MOTIONS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.exciters.design_trials import METRICS, Trials
+from wucht.dynamics.exciters.slow_beats import Rig
+from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.sampling.pareto_search import needed
@@ -14,12 +17,9 @@ from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
-from wucht.studies.exciter_design.design_trials import METRICS, Trials
 from wucht.studies.exciter_design.exciter_subject import MachineInFolder
-from wucht.studies.exciter_design.slow_beats import Rig
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.exciter_design.wanted_spectrum import wanted
-from wucht.studies.load_spectrum.load_signals import machine_signal
 
 
 @dataclass(frozen=True)

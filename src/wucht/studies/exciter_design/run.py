@@ -8,12 +8,11 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.exciters.design_trials import Checked, Polished, Tried, checked
 from wucht.dynamics.sampling.pareto_search import generations
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import shifted
-from wucht.studies.exciter_design.design_trials import Polished, Tried
-from wucht.studies.exciter_design.full_check import Checked, checked
 from wucht.studies.exciter_design.prepare import Plan
 
 _REACH, _SEARCH, _POLISH, _FULL, _CORRECTED = 0.2, 0.55, 0.7, 0.75, 0.9  # shares of the work after each

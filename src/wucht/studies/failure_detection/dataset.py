@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.exciters.averaged_speeds import UNSTABLE
+from wucht.dynamics.exciters.speed_readings import Readings
 from wucht.results.conventions import answered, variable
-from wucht.studies.failure_detection.averaged_speeds import UNSTABLE
 from wucht.studies.failure_detection.prepare import Plan, Varied
 from wucht.studies.failure_detection.report_words import counted_from, duration, within
 from wucht.studies.failure_detection.run import Findings, Place
-from wucht.studies.failure_detection.seen_speeds import Readings
 
 if TYPE_CHECKING:
     import xarray as xr

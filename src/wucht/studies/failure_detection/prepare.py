@@ -7,26 +7,23 @@ from itertools import pairwise
 
 import numpy as np
 
+from wucht.dynamics.exciters.failing_machine import FailingMachine, FallingStiffness
+from wucht.dynamics.exciters.speed_readings import FEWEST
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.observed_integration import Watched
+from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal, watched_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.fatigue.accumulated_damage import AccumulatedDamage
 from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.fields import Parameter
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import compile_system
 from wucht.piecewise import Pieces
-from wucht.studies.failure_detection.failing_machine import FailingMachine, FallingStiffness
-from wucht.studies.failure_detection.seen_speeds import FEWEST
 from wucht.studies.failure_detection.spec import FailureDetection
-from wucht.studies.load_spectrum.load_signals import MachineSignal, SignalWatch, machine_signal
-from wucht.studies.load_spectrum.prepare import woehler_line
+from wucht.studies.load_keys import woehler_line
 from wucht.studies.spec import Pair
 
 _FINE = 8  # samples in a reading, and between two looks at the damage, at least
-_PER_TURN = 48  # samples that are looked at: see load_spectrum
 _STIFFNESS = "stiffness"
 
 
@@ -78,10 +75,6 @@ class Plan:
     def failing(self, case: RunUpCase) -> FailingMachine:
         """The machine of a case, ready to run."""
         spec, machine, [model] = self.spec, case.machine, case.models
-        compiled = compile_system(model.system, spec.tolerance, model.events(case.horizon.events), spec.engine)
-        signal = MachineSignal(self.signal.name, self.signal.unit, machine, self.signal.evaluator)
-        horizon, watch = case.horizon, SignalWatch(case.watch, signal)
-        watched = Watched(watch, compiled, model.seen, horizon.vibration, horizon.energy, _PER_TURN)
         falling, scheduled = None, self.scheduled
         begin = None if scheduled is None else scheduled.begin
         if spec.failure is not None:
@@ -90,7 +83,7 @@ class Plan:
             falling = FallingStiffness(asked.parameter, whole, asked.remaining, not self.gradual)
             begin = None if not self.gradual else (spec.after or 0.0) + (spec.learning or 0.0)
         return FailingMachine(
-            machine, watched, model.initial, self.step, self.count, self.per_look,
+            machine, watched_signal(case, self.signal), model.initial, self.step, self.count, self.per_look,
             None if self.line is None else AccumulatedDamage(self.line), falling,
             None if scheduled is None else scheduled.share, begin,
         )  # fmt: skip

@@ -9,13 +9,13 @@ from itertools import product
 
 import numpy as np
 
+from wucht.dynamics.exciters.averaged_speeds import AveragedSpeed, averaged_speed
+from wucht.dynamics.exciters.failing_machine import FailingRun
+from wucht.dynamics.exciters.speed_readings import Detection, Readings, Windows, detection_of, readings_of
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.studies.failure_detection.averaged_speeds import AveragedSpeed, averaged_speed
-from wucht.studies.failure_detection.failing_machine import FailingRun
 from wucht.studies.failure_detection.prepare import Plan
-from wucht.studies.failure_detection.seen_speeds import Detection, Readings, Windows, detection_of, readings_of
 
 _OWN, _CHECKED = 0.3, 0.35  # shares of the work where other values are looked at
 _ROUNDS = 4  # of halving the steps to the values beside the best one

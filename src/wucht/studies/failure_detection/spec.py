@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.fields import Described, si
-from wucht.studies.load_spectrum.spec import MachineSignalName, Woehler, woehler_at
+from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
 STIFFNESS = "carrier.stiffness"

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.load_classes import RangeMeanMatrix, distance
 from wucht.results.conventions import answered, variable
 from wucht.studies.load_spectrum.counted_load import MOST_ROWS, CountedLoad, counted
 from wucht.studies.load_spectrum.prepare import Plan, check_width
-from wucht.studies.load_spectrum.run import Findings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +22,7 @@ _CONVERGED = 0.05  # of the cycles, and of the damage: so much the spectrum may 
 _PART_OF_A_RUN = 2.0  # the half of it stands for the whole
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
     """The Dataset.
 
     Over row (ascending range, or class of ranges): range, mean, count, cumulative (cycles of at least this range),
@@ -84,7 +84,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _summary(
-    plan: Plan, findings: Findings, whole: CountedLoad, values: np.ndarray, times: tuple[float, float]
+    plan: Plan, findings: LoadHistory, whole: CountedLoad, values: np.ndarray, times: tuple[float, float]
 ) -> dict[str, Any]:
     rows, largest = whole.rows, whole.cycles.largest
     keys = ("range", "mean", "count")
@@ -138,7 +138,7 @@ def _change_of_damage(plan: Plan, whole: CountedLoad, half: CountedLoad) -> floa
     return _PART_OF_A_RUN * float(plan.line.damages(half.cycles).sum()) / damage - 1 if damage else None
 
 
-def _course(findings: Findings, unit: str, after: float | None) -> dict[str, Any]:
+def _course(findings: LoadHistory, unit: str, after: float | None) -> dict[str, Any]:
     """The smallest and the largest value of the signal in parts of time; all turning points where they are few."""
     time, values = findings.time, findings.values
     low, high = values, values
@@ -166,7 +166,7 @@ def _sentence(summary: dict[str, Any]) -> str:
     return said if summary["damage"] is None else f"{said}; damage {summary['damage']:.4g}"
 
 
-def _warnings(plan: Plan, findings: Findings, whole: CountedLoad, summary: dict[str, Any]) -> list[str]:
+def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, summary: dict[str, Any]) -> list[str]:
     warnings = list(plan.warnings)
     if plan.case is not None:
         warnings += [*plan.case.horizon.warnings, *plan.case.models[0].warnings]

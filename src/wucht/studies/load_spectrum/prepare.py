@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.checking import read_quantity
+from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
-from wucht.fatigue.woehler_line import WoehlerLine, slope_below
+from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
+from wucht.measurements.recording import Channel
 from wucht.quantities import Unit
-from wucht.studies.load_spectrum.load_signals import MachineSignal, RecordSignal, machine_signal, record_signal
+from wucht.studies.load_keys import woehler_line
 from wucht.studies.load_spectrum.machine_or_records import Records
-from wucht.studies.load_spectrum.spec import LoadSpectrum, Woehler
+from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.spec import Quantity
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
@@ -27,7 +29,7 @@ class Plan:
     unit. line: the Woehler line. warnings: what is doubtful about the question."""
 
     spec: LoadSpectrum
-    signal: MachineSignal | RecordSignal
+    signal: MachineSignal | Channel
     case: RunUpCase | None
     reference: float | None
     class_width: float | None
@@ -37,7 +39,7 @@ class Plan:
 
 def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine or the record."""
-    signal: MachineSignal | RecordSignal
+    signal: MachineSignal | Channel
     case, warnings = None, tuple[str, ...]()
     if isinstance(subject, Machine):
         if spec.record is not None:
@@ -48,17 +50,17 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
         if spec.record is None:
             why = "needed is a table [machine], or a record: signal = { file = FILE, column = NAME }"
             raise InputError("study.signal", spec.signal, why)
-        signal = record_signal(spec.record, subject)
-        last = float(signal.channel.time[-1])
+        signal = subject.channel(spec.record)
+        last = float(signal.time[-1])
         if spec.after is not None and spec.after >= last:
             raise InputError("study.after", spec.after, f"must be less than the time at which the record ends, {last:g} s")
-        warnings = _of_samples(signal.channel.values)
+        warnings = _of_samples(signal.values)
     unit = signal.unit
     width = _in_unit(spec.class_width, unit, "width of the classes", "class_width")
     if width is not None and width <= 0:
         raise InputError("study.class_width", spec.class_width, "must be a width greater than 0")
-    if isinstance(signal, RecordSignal):  # how far a machine goes is known only when it has run
-        check_width(signal.channel.values, width)
+    if isinstance(signal, Channel):  # how far a machine goes is known only when it has run
+        check_width(signal.values, width)
     reference = _in_unit(spec.reference, unit, "reference", "reference")
     line = None if spec.woehler is None else woehler_line(spec.woehler, unit, "study.woehler")
     return Plan(spec, signal, case, reference, width, line, warnings)
@@ -78,15 +80,6 @@ def check_width(values: np.ndarray, width: float | None) -> None:
     if width is not None and span > _MOST_CLASSES * width:
         allowed = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
         raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
-
-
-def woehler_line(asked: Woehler, unit: str, where: str) -> WoehlerLine:
-    """The Woehler line in the signal's unit. where: its table. Raises ``InputError``."""
-    knee = read_quantity(Unit(unit, "amplitude at the knee"), asked.SD, f"{where}.SD")
-    if knee <= 0:
-        raise InputError(f"{where}.SD", asked.SD, "must be an amplitude greater than 0")
-    below = slope_below(asked.k, asked.miner or "elementary") if asked.k2 is None else asked.k2
-    return WoehlerLine(asked.k, asked.ND, knee, below)
 
 
 def _in_unit(given: Quantity | None, unit: str, what: str, key: str) -> float | None:

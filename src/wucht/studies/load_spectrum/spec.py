@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
@@ -11,12 +11,10 @@ from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.fatigue.rainflow_counting import Residue
 from wucht.fields import Described, si
+from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Quantity
 
-COMPUTED = ("displacement", "spring-force", "bearing-force", "acceleration")
-_STEEPEST = 100.0  # slope of a Woehler line: those of materials are 3 to 20
-MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "acceleration"]
 _SIGNALS = (
     "'displacement', 'spring-force', 'bearing-force' or 'acceleration' of a machine's run-up, or a record: "
     "{ file = FILE, column = NAME }"
@@ -36,44 +34,12 @@ class Record(Described):
     scale: float | None = si("", "factor for the column's numbers", default=None)
 
 
-class Woehler(Described):
-    """A Woehler line N = ND (S/SD)^-k of amplitudes S, half the range.
-
-    k: its slope. ND, SD: its knee, cycles and amplitude in the signal's unit. miner: what amplitudes below the knee do:
-    ``"original"`` nothing, ``"elementary"`` the line goes on, ``"haibach"`` with the slope 2 k - 1; k2: instead, a slope.
-    """
-
-    k: float = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
-    ND: float = si("cycles", "number of cycles at the knee", gt=0)
-    SD: Quantity = Field(description="amplitude at the knee")
-    miner: Literal["original", "elementary", "haibach"] | None = Field(None, description="rule for amplitudes below the knee")
-    k2: float | None = si("", "slope below the knee", default=None, gt=0, le=_STEEPEST)
-
-    def check(self, where: str) -> None:
-        """One rule for what lies below the knee."""
-        if self.k2 is not None and self.miner is not None:
-            raise InputError(f"{where}.k2", self.k2, "give either k2 or miner")
-
-
 def _signal(given: Any) -> Any:
     if isinstance(given, Mapping):
         return checked(Record, given, "study.signal")
-    if not isinstance(given, Record) and given not in COMPUTED:
+    if not isinstance(given, Record) and given not in get_args(MachineSignalName):
         raise ValueError(f"must be {_SIGNALS}")
     return given
-
-
-def woehler_at(where: str) -> BeforeValidator:
-    """Reads a Woehler line from the table at a place."""
-
-    def read(given: Any) -> Any:
-        if isinstance(given, Mapping):
-            return checked(Woehler, given, where)
-        if given is not None and not isinstance(given, Woehler):
-            raise ValueError("must be a table: woehler = { k = SLOPE, ND = CYCLES, SD = AMPLITUDE }")
-        return given
-
-    return BeforeValidator(read)
 
 
 class LoadSpectrum(SingleRun):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.full_motion import FullMotion
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
+from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
@@ -18,8 +20,6 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.recurrence import Recurrence, recurrence, rests
-from wucht.studies.load_spectrum.load_signals import machine_signal
-from wucht.studies.spec import Start
 
 Motion = Literal["modulated", "steady", "unsettled", "failed", "not-allowed"]
 MOTIONS: tuple[Motion, ...] = ("modulated", "steady", "unsettled", "failed", "not-allowed")
@@ -80,7 +80,7 @@ class Rig:
 
     signal: str
     direction: str | None
-    start: Start
+    start: Mapping[str, Any]
     inertia: bool
     tolerance: float
 

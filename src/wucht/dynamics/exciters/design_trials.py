@@ -1,4 +1,4 @@
-"""Candidates of a design: what they do in the averaged equations, and how far their spectra are from the one that is wanted."""
+"""Candidates of a design: what they do in the averaged and the full equations, and how far their spectra are from a target."""
 
 from __future__ import annotations
 
@@ -7,15 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat, Rig
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.sampling.search_variables import Variable, values_at
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.fatigue.load_classes import distance
+from wucht.fatigue.rainflow_counting import rainflow
 from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
-from wucht.studies.exciter_design.slow_beats import MOTIONS, Beat, Rig
 
+BEATING = (Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED)
 METRICS = ("amplitude", "cumulative", "damage")
 _NO_DISTANCE = (np.nan,) * len(METRICS)
 _FAR = 1e3  # a distance that is larger than any: of a candidate that does not beat
@@ -42,6 +49,28 @@ class Polished:
 
     numbers: np.ndarray
     distance: float
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
+    (m,): rainflow cycles of the full equations over ``duration``. distances: of these from the target, by each of ``METRICS``
+    (3,). outcome: what becomes of the exciter. beats: whether it is one of those that beat. why: the run ended early."""
+
+    numbers: np.ndarray
+    slow: Beat
+    ranges: np.ndarray
+    counts: np.ndarray
+    distances: np.ndarray
+    duration: float
+    outcome: str
+    beats: bool
+    why: str
+
+    @property
+    def cycles(self) -> Cycles:
+        """Of the full equations."""
+        return Cycles(self.ranges, np.zeros(len(self.ranges)), self.counts)
 
 
 @dataclass(frozen=True)
@@ -108,6 +137,20 @@ class Trials:
         }  # fmt: skip
         found = minimize(far, begin, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(begin), options=options)
         return Polished(self.values(np.clip(found.x, 0.0, 1.0)[None])[0], float(found.fun))
+
+
+def checked(trials: Trials, numbers: np.ndarray, target: Cycles, beats: int, work: Work) -> Checked:
+    """Run a candidate (k,) with the full equations, over a number of its beats after it repeats itself."""
+    slow, rig = trials.beat(numbers), trials.rig
+    end = slow.begin + beats * slow.period
+    case = RunUpCase.of(trials.of(numbers), rig.start, RunSettings(until=end, tolerance=rig.tolerance))
+    *_, last = load_histories(case, machine_signal(case.machine, rig.signal, rig.direction), work)
+    cycles = rainflow(last.values[last.time >= slow.begin])
+    rows, _ = cycles.by_range()
+    far = np.array(distances(rows, target, trials.slope))
+    duration, outcome = last.end_time - slow.begin, None if last.verdict is None else last.verdict.outcome
+    beats_too = outcome in BEATING
+    return Checked(numbers, slow, rows.ranges, rows.counts, far, duration, str(outcome), beats_too, last.failure or "")
 
 
 def distances(cycles: Cycles, target: Cycles, slope: float) -> tuple[float, float, float]:

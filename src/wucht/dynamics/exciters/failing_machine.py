@@ -12,19 +12,18 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from wucht.dynamics.run_ups.horizon import SPEED_LIMIT
+from wucht.dynamics.run_ups.machine_signals import SignalObservation
 from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.run_up import verdict_at_end
 from wucht.dynamics.verdicts.observation import motion_of
-from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.fatigue.accumulated_damage import AccumulatedDamage
 from wucht.machines.machine import LOST, SUPPLIED, Machine
-from wucht.machines.operation import free_speed
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
-from wucht.studies.load_spectrum.load_signals import Seen
 
 _LOOKS_A_UNIT = 50
 
@@ -73,12 +72,12 @@ class Standing:
     stiffness at its jumps. broken: when the damage reached 1, at the look that found it. begun: the verdict on the motion when
     the stiffness began to fall."""
 
-    last: Leg[Seen]
+    last: Leg[SignalObservation]
     balance: EnergyBalance
     damage: AccumulatedDamage | None = None
     jumped: float = 0.0
     broken: float | None = None
-    begun: Leg[Seen] | None = None
+    begun: Leg[SignalObservation] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +114,7 @@ class FailingMachine:
     """
 
     machine: Machine
-    watched: Watched[Seen]
+    watched: Watched[SignalObservation]
     initial: np.ndarray
     step: float
     count: int
@@ -238,7 +237,5 @@ class FailingMachine:
             return self.machine
         return self.machine.with_unchecked({self.falling.parameter: float(standing.last.stored.parameters[self._row])})
 
-    def _judged(self, leg: Leg[Seen], machine: Machine) -> Verdict:
-        stored, seen = leg.stored, self.watched.observation(leg).observation
-        free = free_speed(machine.at(stored.end_time), machine.rotor, stored.end_time)
-        return judge(machine, seen, free, stored.failure, stored.stopped_by == SPEED_LIMIT)
+    def _judged(self, leg: Leg[SignalObservation], machine: Machine) -> Verdict:
+        return verdict_at_end(machine, self.watched.observation(leg).observation, leg.stored)

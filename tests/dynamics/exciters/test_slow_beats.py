@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
+from wucht.dynamics.exciters.design_trials import Trials, distances
+from wucht.dynamics.exciters.slow_beats import Beat, Rig
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.sampling.search_variables import variables_of
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.fatigue.rainflow_counting import rainflow
 from wucht.files.catalogue import load_machine
-from wucht.studies.exciter_design.design_trials import Trials, distances
-from wucht.studies.exciter_design.slow_beats import Beat, Rig
-from wucht.studies.load_spectrum.prepare import prepare
-from wucht.studies.load_spectrum.run import run
-from wucht.studies.load_spectrum.spec import LoadSpectrum
 
 MACHINE = load_machine("practice/exciter")
 BEATS = 40
@@ -25,12 +27,12 @@ def rig(signal: str = "displacement", direction: str | None = None) -> Rig:
     return Rig(signal, direction, {}, True, 1e-9)
 
 
-def counted(signal: str, beat: Beat, model: str) -> tuple[Cycles, float]:
+def counted(signal: str, beat: Beat, model: Literal["full", "slow"]) -> tuple[Cycles, float]:
     """Rainflow cycles of a run over a number of beats, and its time."""
-    asked = {"signal": signal, "model": model, "after": beat.begin, "until": beat.begin + BEATS * beat.period}
-    spec = LoadSpectrum(**asked, **({"inertia": True} if model == "slow" else {}))
+    settings = RunSettings(until=beat.begin + BEATS * beat.period, model=model, inertia=True if model == "slow" else None)
+    case = RunUpCase.of(MACHINE, {}, settings)
     with np.errstate(all="ignore"):  # at rest nothing is fast: 0/0; the runner does so too
-        *_, last = run(prepare(spec, MACHINE), Work())
+        *_, last = load_histories(case, machine_signal(case.machine, signal, None), Work())
     return rainflow(last.values[last.time >= beat.begin]), BEATS * beat.period
 
 

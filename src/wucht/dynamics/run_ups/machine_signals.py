@@ -1,0 +1,172 @@
+"""Signals of a machine's motion: what they are, and their turning points over a run-up, leg by leg."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import sympy as sp
+
+from wucht.dynamics.run_ups.observed_integration import Leg, Watched
+from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
+from wucht.dynamics.verdicts.observation import Observation, Watch
+from wucht.dynamics.verdicts.verdict import Verdict
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.fatigue.turning_points import TurningPoints
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+
+_VALUE = "value"
+# The parabola through an extreme's neighbours is right to h^4/32 with the step h of a vibration's angle: 1e-5.
+_PER_TURN = 48
+
+
+@dataclass(frozen=True)
+class MachineSignal:
+    """A signal of a machine's motion: its name, and the unit of its values."""
+
+    name: str
+    unit: str
+    evaluator: Evaluator
+
+    def __call__(self, motion: Trajectory) -> np.ndarray:
+        """Its values (N,) over the machine's motion."""
+        values = self.evaluator(motion.time, motion.states, motion.parameters)[_VALUE]
+        return np.broadcast_to(values, motion.time.shape)
+
+
+@dataclass(frozen=True)
+class SignalObservation:
+    """observation: of the machine's motion, for the verdict. points: the signal's, since they were last taken away."""
+
+    observation: Observation
+    points: TurningPoints
+
+
+@dataclass(frozen=True)
+class SignalWatch:
+    """Watches a machine, and a signal of its motion."""
+
+    watch: Watch
+    signal: MachineSignal
+
+    @property
+    def machine(self) -> Machine:
+        """What is watched."""
+        return self.watch.machine
+
+    @property
+    def span(self) -> float:
+        """See ``Watch``."""
+        return self.watch.span
+
+    def begin(self) -> SignalObservation:
+        """Before anything has been seen."""
+        return SignalObservation(self.watch.begin(), TurningPoints())
+
+    def looked(self, seen: SignalObservation, motion: Trajectory) -> SignalObservation:
+        """After a part of the machine's motion."""
+        points = seen.points.after(motion.time, self.signal(motion), between=True)
+        return SignalObservation(self.watch.looked(seen.observation, motion), points)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadHistory:
+    """time, values (m,): the turning points of a load so far, from the begin on. end_time: how far. verdict: on the run-up,
+    None of a record. failure: why it ended early."""
+
+    time: np.ndarray
+    values: np.ndarray
+    end_time: float
+    verdict: Verdict | None = None
+    failure: str | None = None
+
+
+def watched_signal(case: RunUpCase, signal: MachineSignal) -> Watched[SignalObservation]:
+    """The integration of a run-up in which a signal is watched as densely as its turning points need."""
+    [model], horizon, settings = case.models, case.horizon, case.settings
+    compiled = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
+    return Watched(SignalWatch(case.watch, signal), compiled, model.seen, horizon.vibration, horizon.energy, _PER_TURN)
+
+
+def load_histories(case: RunUpCase, signal: MachineSignal, work: Work) -> Iterator[LoadHistory]:
+    """The turning points of a signal after each leg of a run-up, of whose motion nothing else is kept."""
+    [model], watched = case.models, watched_signal(case, signal)
+    last = watched.begin(model.initial, model.values)
+    parts: list[tuple[np.ndarray, np.ndarray]] = []
+    yield _history(case, watched, parts, last)
+    for number, grid in enumerate(case.horizon.legs(), 1):
+        if last.stored.ended:
+            break
+        # Its ends alone are stored; in between it is looked at as densely as it asks.
+        ends, begun = grid.samples[[0, -1]], replace(last, seen=replace(last.seen, points=last.seen.points.forgotten()))
+        last = work.unit(f"leg {number}", partial(watched.leg, begun, ends, partial(_report, work, grid.end)))
+        parts.append((last.seen.points.time, last.seen.points.values))
+        history = _history(case, watched, parts, last)
+        yield history
+        if grid.judged and history.verdict is not None and case.horizon.decided(history.verdict):
+            break
+
+
+def _report(work: Work, end: float, time: float) -> None:
+    work.report(time / end)
+
+
+def _history(
+    case: RunUpCase,
+    watched: Watched[SignalObservation],
+    parts: list[tuple[np.ndarray, np.ndarray]],
+    last: Leg[SignalObservation],
+) -> LoadHistory:
+    """The parts before the last leg, and that with the motion that has not been looked at yet."""
+    latest, stored = watched.observation(last), last.stored
+    time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.closed())]) for k in (0, 1))
+    verdict = verdict_at_end(case.machine, latest.observation, stored)
+    return LoadHistory(time, values, stored.end_time, verdict, stored.failure)
+
+
+def machine_signal(machine: Machine, name: str, direction: str | None, where: str = "study") -> MachineSignal:
+    """A signal of the carrier's motion.
+
+    name: ``"displacement"``, ``"spring-force"``, ``"bearing-force"`` (of the bodies on it) or ``"acceleration"``. direction: by
+    default the first that the machine has. where: the table in which a study file asks for it. Raises ``InputError`` for a
+    machine without a carrier, or without that direction.
+    """
+    units, system = machine.units, machine.system
+    allowed = machine.free_labels if name in ("acceleration", "spring-force") else machine.labels
+    if not allowed:
+        raise InputError(f"{where}.signal", name, "this machine's carrier does not move")
+    if direction is not None and direction not in allowed:
+        raise InputError(f"{where}.direction", direction, f"must be one of {', '.join(allowed)}")
+    label = direction or allowed[0]
+    coordinate = dict(zip(machine.labels, machine.carrier, strict=True))[label]
+    turns = label == "r"
+    force = units.torque if turns else units.force
+    expressions: Mapping[str, tuple[object, str]] = {
+        "displacement": (coordinate.position, "rad" if turns and units.time else units.length),
+        "spring-force": (_spring_force(machine, label), force),
+        "bearing-force": (system.output(f"bearing_force_{label}").expression, force),
+    }
+    if name == "acceleration":
+        rate = system.derivatives[machine.row(coordinate.velocity)]
+        unit = f"{'rad' if turns else units.length}/{units.time}^2" if units.time else ""
+    else:
+        rate, unit = expressions[name]
+    evaluator = Evaluator.of(system, [rate], [_VALUE])
+    kind = "moment" if turns else "force"
+    named = {"bearing-force": f"bearing {kind}", "spring-force": f"{kind} of the springs"}
+    what = named.get(name, f"{name} of the carrier")
+    return MachineSignal(f"{what} in {label}", unit, evaluator)
+
+
+def _spring_force(machine: Machine, label: str) -> sp.Expr:
+    """The force of the carrier's springs that answers its displacement, along a free direction: K q."""
+    if label not in machine.free_labels:
+        return sp.S.Zero
+    row = machine.linear_carrier.stiffness.row(machine.free_labels.index(label))
+    return sp.Add(*(c * q.position for c, q in zip(row, machine.free_carrier, strict=True)))
