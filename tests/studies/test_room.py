@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from wucht.dynamics.entrainment import runs_from_start as runs
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.studies import room
 from wucht.studies.coast_down.spec import CoastDown
-from wucht.studies.entrainment import runs
 from wucht.studies.entrainment.prepare import prepare as prepare_entrainment
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.load_spectrum.spec import LoadSpectrum

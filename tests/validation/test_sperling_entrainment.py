@@ -10,14 +10,14 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
+from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
+from wucht.dynamics.entrainment.swept_parameter import swept_parameter
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.results.conventions import summary_of
-from wucht.studies.entrainment.averaged_equations import AveragedEquations
 from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.entrainment.swept_parameter import swept_parameter
 from wucht.studies.runner import run
 
 FREQUENCY = 2 * math.pi

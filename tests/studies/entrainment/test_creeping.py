@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.dynamics.verdicts.locking import Locked, locked
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Watch
@@ -19,7 +20,6 @@ from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
 from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.prepare import prepare
-from wucht.studies.entrainment.runs import RunsFromStart
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 

@@ -13,6 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
+from wucht.dynamics.entrainment.branches import Continuation
+from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, capture_band, values_to_run
+from wucht.dynamics.entrainment.swept_parameter import swept_parameter
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -20,14 +24,10 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
 from wucht.results.conventions import summary_of
-from wucht.studies.entrainment.averaged_equations import AveragedEquations
-from wucht.studies.entrainment.branches import Continuation
 from wucht.studies.entrainment.dataset import dataset
 from wucht.studies.entrainment.prepare import prepare
 from wucht.studies.entrainment.run import Findings
-from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, capture_band, values_to_run
 from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.entrainment.swept_parameter import swept_parameter
 from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.dynamics.entrainment.branches import Continuation
+from wucht.dynamics.entrainment.locked_motions import LockedMotions
+from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
 from wucht.results.loading import load
 from wucht.studies import runner
-from wucht.studies.entrainment.branches import Continuation
-from wucht.studies.entrainment.locked_motions import LockedMotions
-from wucht.studies.entrainment.runs import RunsFromStart
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 

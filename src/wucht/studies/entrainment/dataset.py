@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.locked_motions import bodies_with_phase
+from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrapped
 from wucht.results.conventions import Variable, answered, variable
-from wucht.studies.entrainment.locked_motions import bodies_with_phase
-from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.report import band_in_words
 from wucht.studies.entrainment.run import Findings
-from wucht.studies.entrainment.runs import RunFromStart
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _CREEPING = 0.02  # rad: a phase that moves more in the second half of the window is not yet steady
 
 
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+def dataset(case: EntrainmentCase, findings: Findings) -> xr.Dataset:
     """The Dataset.
 
     Coordinate: body, those that have a phase: to the rotor that they turn about, of a rotor to the main one, of the main rotor
@@ -38,15 +38,15 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    names, swept, frequency = bodies_with_phase(plan.machine), plan.swept, plan.machine.shaking_frequency
+    names, swept, frequency = bodies_with_phase(case.machine), case.swept, case.machine.shaking_frequency
     runs = findings.runs or (() if findings.own is None else (findings.own,))
     result = xr_.Dataset(
-        _of_motions(plan, findings, names) | _of_runs(plan, runs),
+        _of_motions(case, findings, names) | _of_runs(case, runs),
         coords={"body": variable("body", names or np.empty(0, "U1"), "body")},
     )
-    answer = _summary(plan, findings)
+    answer = _summary(case, findings)
     return answered(
-        result, answer, answer["sentence"], _warnings(plan, findings), findings.failure,
+        result, answer, answer["sentence"], _warnings(case, findings), findings.failure,
         along=swept.name, along_unit=swept.unit, along_what=swept.what,
         **({} if frequency is None else {"frequency": frequency}),
     )  # fmt: skip
@@ -57,9 +57,9 @@ def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
     return math.pi - wrapped(math.pi - phases) if machine.shaken is not None else wrapped(phases)
 
 
-def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
+def _of_motions(case: EntrainmentCase, findings: Findings, names: list[str]) -> dict[str, Variable]:
     """Of the averaged equations (point), and of locked motions of the full ones (orbit)."""
-    machine, swept, motions, branches = plan.machine, plan.swept, findings.motions, findings.existing.branches
+    machine, swept, motions, branches = case.machine, case.swept, findings.motions, findings.existing.branches
     angle, speed, equations = "rad" if machine.units.time else "", machine.units.speed, findings.existing.equations
     sizes = [len(b.values) for b in branches]
     phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
@@ -83,8 +83,8 @@ def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, V
     }
 
 
-def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
-    machine, swept, units = plan.machine, plan.swept, plan.machine.units
+def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
+    machine, swept, units = case.machine, case.swept, case.machine.units
     names, angle = [r.name for r in machine.rotors], "rad" if units.time else ""
     keys = ["vibration", *names[1:]]  # of phases
 
@@ -112,18 +112,18 @@ def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
     }
 
 
-def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
+def _summary(case: EntrainmentCase, findings: Findings) -> dict[str, Any]:
     """The summary of the contract."""
     own, motion, band, capture = findings.own, findings.own_motion, findings.existing.band, findings.band
-    phases, outcome = _phases(plan, findings), _outcome(plan, findings)
-    averaged = {name: float(_in_a_turn(plan.machine, phase)) for name, phase in findings.existing.phases.items()}
+    phases, outcome = _phases(case, findings), _outcome(case, findings)
+    averaged = {name: float(_in_a_turn(case.machine, phase)) for name, phase in findings.existing.phases.items()}
     mean = None if own is None else own.mean_speed
     return {
-        "sentence": _sentence(plan, findings, outcome),
+        "sentence": _sentence(case, findings, outcome),
         "outcome": str(outcome),
-        "along": plan.swept.name,
-        "along_unit": plan.swept.unit,
-        "value": plan.swept.own,
+        "along": case.swept.name,
+        "along_unit": case.swept.unit,
+        "value": case.swept.own,
         "range": None if findings.range is None else list(findings.range),
         "existence_band": None if band is None else [None if e.kind == "range" else e.value for e in (band.low, band.high)],
         "existence_band_from": None if band is None else "averaged equations",
@@ -145,15 +145,15 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
     }
 
 
-def _phases(plan: Plan, findings: Findings) -> dict[str, float]:
+def _phases(case: EntrainmentCase, findings: Findings) -> dict[str, float]:
     """By body: of the locked motion, else at the end of the run where that is entrained."""
-    names, own, motion = bodies_with_phase(plan.machine), findings.own, findings.own_motion
+    names, own, motion = bodies_with_phase(case.machine), findings.own, findings.own_motion
     if motion is not None:
-        return dict(zip(names, _in_a_turn(plan.machine, motion.phases).tolist(), strict=True))
+        return dict(zip(names, _in_a_turn(case.machine, motion.phases).tolist(), strict=True))
     if own is None or not own.entrained:
         return {}
     if "vibration" in own.phases:
-        return {names[0]: float(_in_a_turn(plan.machine, own.phases["vibration"]))}
+        return {names[0]: float(_in_a_turn(case.machine, own.phases["vibration"]))}
     return dict(own.phases)
 
 
@@ -162,30 +162,30 @@ def _only(phases: dict[str, float]) -> float | dict[str, float] | None:
     return next(iter(phases.values())) if len(phases) == 1 else phases or None
 
 
-def _outcome(plan: Plan, findings: Findings) -> Outcome:
+def _outcome(case: EntrainmentCase, findings: Findings) -> Outcome:
     if findings.own is None:
         return Outcome.UNIDENTIFIED
     if findings.failure is not None:
         return Outcome.FAILED
-    if plan.machine.shaken is not None:
+    if case.machine.shaken is not None:
         return Outcome.ENTRAINED if findings.own.entrained else Outcome.NOT_ENTRAINED
     return Outcome.SYNCHRONISED if findings.own.entrained else Outcome.NOT_SYNCHRONISED
 
 
-def _sentence(plan: Plan, findings: Findings, outcome: Outcome) -> str:
+def _sentence(case: EntrainmentCase, findings: Findings, outcome: Outcome) -> str:
     if findings.failure is not None:
         return findings.failure
     if findings.band is None:
         interrupted = "the study was interrupted before its band was found"
         nowhere = "nowhere in the range is it reached from the start"
         return f"{outcome.sentence}; {nowhere if findings.complete else interrupted}"
-    band = band_in_words(findings.band.edges, plan.swept.unit, f"{plan.swept.name} = ")
+    band = band_in_words(findings.band.edges, case.swept.unit, f"{case.swept.name} = ")
     return f"{outcome.sentence}; from the start that is reached {band}"
 
 
-def _warnings(plan: Plan, findings: Findings) -> list[str]:
+def _warnings(case: EntrainmentCase, findings: Findings) -> list[str]:
     """What is doubtful, left out, or not yet done."""
-    swept, runs = plan.swept, findings.runs
+    swept, runs = case.swept, findings.runs
     unit = f" {swept.unit}" if swept.unit else ""
     lines = [*findings.existing.warnings, *(f"at {swept.name} = {r.value:.6g}: {r.failure}" for r in runs if r.failure)]
     lines += [findings.no_motion] if findings.no_motion is not None else []

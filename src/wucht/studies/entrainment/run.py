@@ -10,12 +10,19 @@ from itertools import chain
 
 import numpy as np
 
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.existence import Existence, existence, range_around, threshold
+from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotions
+from wucht.dynamics.entrainment.runs_from_start import (
+    CaptureBand,
+    RunFromStart,
+    RunsFromStart,
+    capture_band,
+    senses_of,
+    values_to_run,
+)
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
-from wucht.studies.entrainment.existence import Existence, existence, range_around, threshold
-from wucht.studies.entrainment.locked_motions import LockedMotion, LockedMotions
-from wucht.studies.entrainment.prepare import Plan
-from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, RunsFromStart, capture_band, senses_of, values_to_run
 
 _RESOLUTION = 1e-5  # of the range
 _BISECTIONS = 70  # expected, for the progress
@@ -58,42 +65,42 @@ class Findings:
         return next((m for m in self.motions if m.value == own), None)
 
 
-def run(plan: Plan, work: Work) -> Iterator[Findings]:
+def run(case: EntrainmentCase, work: Work) -> Iterator[Findings]:
     """Search; the findings after each run and each locked motion."""
     yield (findings := Findings())
-    runs = RunsFromStart(plan)
-    own = _run(runs, plan.swept.own, work.part("own", 0.0, 0.03))
+    runs = RunsFromStart(case)
+    own = _run(runs, case.swept.own, work.part("own", 0.0, 0.03))
     yield (findings := replace(findings, own=own))
     if own.failure is not None:
         return
-    senses = senses_of(plan.machine, plan.initial, own)
+    senses = senses_of(case.machine, case.initial, own)
     try:
-        existing = existence(plan, own, senses, work.part("existence", 0.03, 0.1))
+        existing = existence(case, own, senses, work.part("existence", 0.03, 0.1))
     except InputError as error:
         existing = Existence(warnings=(f"the averaged equations are left out: {error.allowed}",))
-    low, high = plan.range or range_around(plan, existing.band)
-    resolution = plan.resolution or _RESOLUTION * (high - low)
-    runs = RunsFromStart(plan, senses, existing.slowest_rate)
+    low, high = case.range or range_around(case, existing.band)
+    resolution = case.resolution or _RESOLUTION * (high - low)
+    runs = RunsFromStart(case, senses, existing.slowest_rate)
     if runs.duration > _TOO_SHORT * own.end_time:
-        own = _run(runs, plan.swept.own, work.part("own, longer", 0.1, 0.1))
+        own = _run(runs, case.swept.own, work.part("own, longer", 0.1, 0.1))
     yield (findings := Findings(own, (low, high), resolution, existing))
-    findings = yield from _with_band(plan, runs, findings, own, work.part("runs", 0.1, 0.8))
-    findings = yield from _with_motions(plan, senses, findings, work)
-    least = threshold(plan, existing, work.part("threshold", 0.95, 1.0))
+    findings = yield from _with_band(case, runs, findings, own, work.part("runs", 0.1, 0.8))
+    findings = yield from _with_motions(case, senses, findings, work)
+    least = threshold(case, existing, work.part("threshold", 0.95, 1.0))
     work.report(1.0)
     yield replace(findings, threshold=least, complete=True)
 
 
 def _run(runs: RunsFromStart, value: float, work: Work, share: float = 0.0) -> RunFromStart:
     """A run from the start. share: of the part of the work, at which it is made."""
-    what = f"{runs.plan.swept.name} = {value:.6g}"
+    what = f"{runs.case.swept.name} = {value:.6g}"
     return work.unit(f"at {value!r} for {runs.duration!r}", lambda: runs(value, lambda _: work.report(share, what)))
 
 
-def _with_band(plan: Plan, runs: RunsFromStart, findings: Findings, own: RunFromStart, work: Work) -> Stage:
+def _with_band(case: EntrainmentCase, runs: RunsFromStart, findings: Findings, own: RunFromStart, work: Work) -> Stage:
     """Runs evenly over the range and at the machine's own value, then those that the search for the edges asks for."""
-    done, points = list[RunFromStart](), plan.spec.points
-    scan = dict.fromkeys([*np.linspace(*(findings.range or plan.limits), points).tolist(), own.value])
+    done, points = list[RunFromStart](), case.points
+    scan = dict.fromkeys([*np.linspace(*(findings.range or case.limits), points).tolist(), own.value])
     for k, value in enumerate(chain(scan, values_to_run(done, own.value, findings.resolution))):
         this = own if value == own.value else _run(runs, value, work, k / (points + _BISECTIONS))
         insort(done, this, key=lambda r: r.value)
@@ -101,17 +108,17 @@ def _with_band(plan: Plan, runs: RunsFromStart, findings: Findings, own: RunFrom
     return replace(findings, band=capture_band(done, own.value))
 
 
-def _with_motions(plan: Plan, senses: Mapping[str, float], findings: Findings, work: Work) -> Stage:
+def _with_motions(case: EntrainmentCase, senses: Mapping[str, float], findings: Findings, work: Work) -> Stage:
     """Locked motions from the machine's own on, or from the entrained run nearest to it."""
-    nearest = min((r for r in findings.runs if r.entrained), key=lambda r: abs(r.value - plan.swept.own), default=None)
+    nearest = min((r for r in findings.runs if r.entrained), key=lambda r: abs(r.value - case.swept.own), default=None)
     if nearest is None:
         return findings
-    locked = LockedMotions(plan, senses, nearest.end_time)
+    locked = LockedMotions(case, senses, nearest.end_time)
     seed = work.unit("locked motion", partial(_seed, locked, nearest))
     if isinstance(seed, str):
-        return replace(findings, no_motion=f"at {plan.swept.name} = {nearest.value:.6g}: {seed}")
+        return replace(findings, no_motion=f"at {case.swept.name} = {nearest.value:.6g}: {seed}")
     yield (findings := replace(findings, motions=(seed,)))
-    low, high = edges = findings.range or plan.limits
+    low, high = edges = findings.range or case.limits
     if (band := findings.existing.band) is not None:
         edges = max(low, band.low.value), min(high, band.high.value)
     for side, (limit, edge) in enumerate(zip((low, high), edges, strict=True)):

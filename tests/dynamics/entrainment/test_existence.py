@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.entrainment import existence as existence_module
+from wucht.dynamics.entrainment.branches import Edge, StableRange
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.existence import Existence, existence, threshold
+from wucht.dynamics.entrainment.runs_from_start import RunFromStart
+from wucht.dynamics.entrainment.swept_parameter import swept_parameter
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.entrainment import existence as existence_module
-from wucht.studies.entrainment.branches import Edge, StableRange
-from wucht.studies.entrainment.existence import Existence, existence, threshold
-from wucht.studies.entrainment.prepare import Plan, prepare
-from wucht.studies.entrainment.runs import RunFromStart
-from wucht.studies.entrainment.spec import Entrainment
 
 W, SLOPE, UNBALANCE, AMPLITUDE = 2 * math.pi, 1e-5, 0.1 * 0.01, 1e-3
 TORQUE = UNBALANCE * AMPLITUDE * W**2 / 2
@@ -32,17 +32,17 @@ def machine(speed: float) -> Machine:
     return load_machine("sperling-vibration/figure-2a").with_values({"drive.no_load_speed": speed})
 
 
-def plan_of(speed: float) -> Plan:
-    return prepare(Entrainment.read({}), machine(speed))
+def case_of(speed: float) -> EntrainmentCase:
+    return EntrainmentCase.of(machine(speed), swept_parameter(machine(speed)), {}, 25)
 
 
-def not_entrained(plan: Plan) -> RunFromStart:
-    return RunFromStart(plan.swept.own, 1.0, 1.0, plan.initial)
+def not_entrained(case: EntrainmentCase) -> RunFromStart:
+    return RunFromStart(case.swept.own, 1.0, 1.0, case.initial)
 
 
 def existing(speed: float, sense: float) -> Existence:
-    plan = plan_of(speed)
-    return existence(plan, not_entrained(plan), {"rotor": sense}, Work())
+    case = case_of(speed)
+    return existence(case, not_entrained(case), {"rotor": sense}, Work())
 
 
 @pytest.mark.parametrize("speed", [5.0, 6.0, 7.9])
@@ -77,9 +77,9 @@ def test_clockwise_it_is_the_mirror_image(speed: float) -> None:
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_the_least_amplitude_against_the_drive(sense: float) -> None:
     """(25): k |W - w| = m r a w^2/2."""
-    plan = plan_of(5.0 * sense)
-    found = existence(plan, not_entrained(plan), {"rotor": sense}, Work())
-    assert threshold(plan, found, Work()) == pytest.approx(2 * SLOPE * (W - 5.0) / (UNBALANCE * W**2), rel=1e-9)
+    case = case_of(5.0 * sense)
+    found = existence(case, not_entrained(case), {"rotor": sense}, Work())
+    assert threshold(case, found, Work()) == pytest.approx(2 * SLOPE * (W - 5.0) / (UNBALANCE * W**2), rel=1e-9)
 
 
 def test_of_several_amplitudes_the_least_counts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,10 +100,10 @@ def test_of_several_amplitudes_the_least_counts(monkeypatch: pytest.MonkeyPatch)
             reached = [stable(low, "range") for low in (3.0, 2.0, 2.5)]
             return [stable(1.0, "fold"), *(reached if len(tried) > 1 else ())]
 
-    plan = plan_of(5.0)
-    found = existence(plan, not_entrained(plan), {"rotor": 1.0}, Work())
+    case = case_of(5.0)
+    found = existence(case, not_entrained(case), {"rotor": 1.0}, Work())
     monkeypatch.setattr(existence_module, "Continuation", Ranges)
-    assert threshold(plan, found, Work()) == 2.0
+    assert threshold(case, found, Work()) == 2.0
     assert tried == pytest.approx([AMPLITUDE, 2 * AMPLITUDE])
 
 
@@ -124,8 +124,8 @@ def test_of_several_ranges_with_the_machine_in_them_the_widest_counts(turned: bo
             ends = [(Edge(5.0 - w, "fold"), Edge(5.0 + w, "fold")) for w in widths]
             return [StableRange(k, low, high, np.arange(3)) for k, (low, high) in enumerate(ends)]
 
-    plan = plan_of(5.0)
+    case = case_of(5.0)
     monkeypatch.setattr(existence_module, "Continuation", Ranges)
-    band = existence(plan, not_entrained(plan), {"rotor": 1.0}, Work()).band
+    band = existence(case, not_entrained(case), {"rotor": 1.0}, Work()).band
     assert band is not None
     assert (band.low.value, band.high.value) == (3.0, 7.0)

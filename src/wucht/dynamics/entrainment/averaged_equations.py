@@ -14,12 +14,12 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import averaged_machine
+from wucht.dynamics.entrainment.swept_parameter import SweptParameter
 from wucht.dynamics.run_ups.initial_state import angles_in
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
 from wucht.numerics.angles import within_half_a_turn
 from wucht.numerics.continuation.equations import Equations
-from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.system import System
 
 _NEWTON_STEPS, _FAR_STEPS = 40, 60

@@ -13,12 +13,12 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.entrainment.averaged_equations import STABLE, AveragedEquations
+from wucht.dynamics.entrainment.swept_parameter import stretches
 from wucht.dynamics.work import Work
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import FOLD, HOPF, Equilibria
 from wucht.numerics.continuation.fold_curves import direction
-from wucht.studies.entrainment.averaged_equations import STABLE, AveragedEquations
-from wucht.studies.entrainment.swept_parameter import stretches
 
 STEP = 0.05  # of the arc length: phases in rad, speeds and the parameter by their sizes
 _STEPS = Steps(first=STEP, most=2 * STEP, points=4000)

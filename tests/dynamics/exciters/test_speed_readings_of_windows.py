@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wucht.studies.failure_detection.seen_speeds import Windows, detection_of, readings_of
+from wucht.dynamics.exciters.speed_readings import Windows, detection_of, readings_of
 
 
 @pytest.mark.parametrize(("failed", "begins"), [(10.2, -1.7), (None, 0.5)])

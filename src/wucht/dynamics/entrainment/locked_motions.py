@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
 from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -16,7 +17,6 @@ from wucht.numerics.angles import within_half_a_turn
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
-from wucht.studies.entrainment.prepare import Plan
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above
 _MOST_STEPS, _FEW_STEPS = 25, 8  # of Newton's method: from the end of a run, from a neighbour's motion
@@ -57,11 +57,11 @@ class LockedMotions:
     senses: +-1 a body, in which they turn. time: at which they begin. It does not change once it is made.
     """
 
-    def __init__(self, plan: Plan, senses: Mapping[str, float], time: float) -> None:
-        machine = plan.machine
+    def __init__(self, case: EntrainmentCase, senses: Mapping[str, float], time: float) -> None:
+        machine = case.machine
         released = {b.locked.name: 0.0 for b in machine.bodies if b.release is not None}
         self.machine = machine.at(time).with_unchecked(released).changed(schedules=())
-        self.swept, self.senses, self.time = plan.swept, senses, time
+        self.swept, self.senses, self.time = case.swept, senses, time
         self.flow = compile_system(replace(self.machine.system, quadratures=(), outputs=()))
         self.angles = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
         self.advance = np.zeros(len(machine.state_names))

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.swept_parameter import stretches
 from wucht.dynamics.run_ups.observed_integration import Watched
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.verdicts.locking import Locked, locked
@@ -19,8 +21,6 @@ from wucht.machines.operation import free_speed, operating_speed, sense_of
 from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.studies.entrainment.prepare import Plan
-from wucht.studies.entrainment.swept_parameter import stretches
 
 _PERIODS = 200  # of a run, if nothing says how long
 _TIMES = 25.0  # decay times of the slowest disturbance
@@ -62,21 +62,21 @@ class RunsFromStart:
     of the vibration, or of the fastest rotor. duration: how long a run lasts at least, as asked, or as that disturbance needs.
     """
 
-    def __init__(self, plan: Plan, senses: Mapping[str, float] | None = None, rate: float | None = None) -> None:
-        machine = plan.machine
-        self.plan, self.senses = plan, senses
+    def __init__(self, case: EntrainmentCase, senses: Mapping[str, float] | None = None, rate: float | None = None) -> None:
+        machine = case.machine
+        self.case, self.senses = case, senses
         # Without the balance of energy, which nothing here asks for.
         self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=release_events(machine))
         self.period = 2 * math.pi / (machine.shaking_frequency or operating_speed(machine))
         wanted = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
-        self.duration = plan.spec.until or min(wanted, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
+        self.duration = case.until or min(wanted, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
 
     def __call__(self, value: float, progress: Callable[[float], None]) -> RunFromStart:
         """The run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
 
         Raises ``KeyboardInterrupt`` where the user has stopped it.
         """
-        machine, state = placed_at_start(self.plan.swept.at(self.plan.machine, value), self.plan.spec.start)
+        machine, state = placed_at_start(self.case.swept.at(self.case.machine, value), self.case.start)
         parameters: Any = machine.system.values(machine.values)
         watch = Watch(machine, self.period, Noise.of(self.flow.tolerance))
         watched = Watched(watch, self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
+from wucht.dynamics.entrainment.branches import Branch, Continuation, StableRange
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.runs_from_start import RunFromStart
+from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE, DETUNING, no_load_speed, swept_parameter
 from wucht.dynamics.work import Work
-from wucht.studies.entrainment.averaged_equations import AveragedEquations
-from wucht.studies.entrainment.branches import Branch, Continuation, StableRange
-from wucht.studies.entrainment.prepare import Plan
-from wucht.studies.entrainment.runs import RunFromStart
-from wucht.studies.entrainment.swept_parameter import AMPLITUDE, DETUNING, no_load_speed, swept_parameter
 
 _MARGIN = 0.2  # of the band of existence: how far beyond it is looked
 _FIRST, _LARGEST = 0.5, 3.0  # of the threshold, times it or the machine's own amplitude: where more only helps
@@ -36,17 +36,17 @@ class Existence:
     phases: Mapping[str, float] = field(default_factory=dict)
 
 
-def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
+def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
     """Follow all equilibria, and choose the band. own: the run of the machine as it is. senses: +-1 a body.
 
     Raises ``InputError`` where the machine has no averaged equations.
     """
-    equations, value = AveragedEquations(plan.steady, plan.swept, senses, plan.limits), plan.swept.own
+    equations, value = AveragedEquations(case.steady, case.swept, senses, case.limits), case.swept.own
     reached = None
     if own.entrained:
-        reached = equations.state_at(plan.machine, own.end_time, own.end_state, abs(own.mean_speed))
+        reached = equations.state_at(case.machine, own.end_time, own.end_state, abs(own.mean_speed))
     continuation = Continuation(equations)
-    branches = continuation.branches(_values(plan, senses), None if reached is None else reached[:, None], work)
+    branches = continuation.branches(_values(case, senses), None if reached is None else reached[:, None], work)
     ranges = work.unit("stable ranges", lambda: continuation.stable_ranges(branches))
 
     def nearest(r: StableRange) -> np.ndarray:
@@ -74,9 +74,9 @@ def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: 
     return replace(existing, band=band, slowest_rate=rate, phases=phases)
 
 
-def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
+def _values(case: EntrainmentCase, senses: Mapping[str, float]) -> list[float]:
     """Where equilibria are looked for: at the machine's own value, and where no torque is needed for entrainment."""
-    machine, swept = plan.machine, plan.swept
+    machine, swept = case.machine, case.swept
     values, paths = [swept.own], {no_load_speed(machine, r): r for r in machine.rotors}
     if swept.name == DETUNING:
         values.append(0.0)
@@ -88,31 +88,31 @@ def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
         others = [abs(machine.values[p]) for p, r in paths.items() if p is not None and r is not rotor]
         equal = frequency or (float(np.mean(others)) if others else abs(swept.own))
         values.append(senses[rotor.name] * equal)
-    if plan.range is not None:
-        values += np.linspace(*plan.limits, _GRID).tolist()
-    return [v for v in dict.fromkeys(values) if plan.limits[0] <= v <= plan.limits[1]]
+    if case.range is not None:
+        values += np.linspace(*case.limits, _GRID).tolist()
+    return [v for v in dict.fromkeys(values) if case.limits[0] <= v <= case.limits[1]]
 
 
-def range_around(plan: Plan, band: StableRange | None) -> tuple[float, float]:
+def range_around(case: EntrainmentCase, band: StableRange | None) -> tuple[float, float]:
     """The range to be looked at where none is given: the band of existence and a margin, the machine's own value included."""
-    own, (least, most) = plan.swept.own, plan.limits
-    if band is not None and plan.swept.name == AMPLITUDE:
+    own, (least, most) = case.swept.own, case.limits
+    if band is not None and case.swept.name == AMPLITUDE:
         return _FIRST * band.low.value, _LARGEST * max(own, band.low.value if band.low.kind != "range" else 0.0)
     ends = [own] if band is None else [band.low.value, band.high.value, own]
     margin = max(abs(own), (most - least) / 100) if band is None else _MARGIN * (max(ends) - min(ends))
     return max(min(ends) - margin, least), min(max(ends) + margin, most)
 
 
-def threshold(plan: Plan, existing: Existence, work: Work) -> float | None:
+def threshold(case: EntrainmentCase, existing: Existence, work: Work) -> float | None:
     """The least amplitude of the vibration that entrains the main rotor against its drive and its bearing: 001 (25)."""
-    if existing.equations is None or plan.machine.shaken is None:
+    if existing.equations is None or case.machine.shaken is None:
         return None
-    if plan.swept.name == AMPLITUDE:
+    if case.swept.name == AMPLITUDE:
         return existing.band.low.value if existing.band is not None and existing.band.low.kind != "range" else None
-    amplitude, senses = swept_parameter(plan.steady, AMPLITUDE), existing.equations.averaged.senses
+    amplitude, senses = swept_parameter(case.steady, AMPLITUDE), existing.equations.averaged.senses
     for k in range(_DOUBLINGS if amplitude.own > 0 else 0):
         largest = amplitude.own * 2.0**k
-        continuation = Continuation(AveragedEquations(plan.steady, amplitude, senses, (0.0, largest * 1.001)))
+        continuation = Continuation(AveragedEquations(case.steady, amplitude, senses, (0.0, largest * 1.001)))
         branches = continuation.branches([largest], None, work.part(f"amplitude {k}", k / _DOUBLINGS, (k + 1) / _DOUBLINGS))
         reached = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
         if reached:
