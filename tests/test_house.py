@@ -19,6 +19,7 @@ FLOORS = [
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
            for path in sorted(SOURCE.rglob("*.py"))}  # fmt: skip
+STILL_IMPORT_OTHERS = {"orbit_branch", "stability_map", "cam_correction"}
 STUDIES = sorted(p.parent.name for p in (SOURCE / "studies").glob("*/spec.py"))
 
 
@@ -109,6 +110,19 @@ def test_figures_and_reports_know_datasets_alone(study: str) -> None:
 def test_specs_know_no_machine(study: str) -> None:
     floors = {_floor(m) for m in _imports(MODULES[f"wucht.studies.{study}.spec"])}
     assert not floors & {"machines", "files", "analysis"}
+
+
+@pytest.mark.parametrize("study", sorted(set(STUDIES) - STILL_IMPORT_OTHERS))
+def test_no_study_imports_another(study: str) -> None:
+    """What two of them need is an engine, or shared keys, and lies below them."""
+    others = {
+        f"{module} imports {name}"
+        for module, path in MODULES.items()
+        if module.startswith(f"wucht.studies.{study}.")
+        for name in _imports(path)
+        if name.startswith("wucht.studies.") and name.split(".")[2] in set(STUDIES) - {study}
+    }
+    assert others == set()
 
 
 @pytest.mark.parametrize("study", STUDIES)

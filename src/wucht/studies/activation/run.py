@@ -14,7 +14,7 @@ from wucht.dynamics.run_ups.run_up import run_up
 from wucht.dynamics.work import Work
 from wucht.machines.machine import Machine
 from wucht.studies.activation.prepare import BALANCED, SWITCHABLE, Plan, Planned
-from wucht.studies.run_up.variables import variables
+from wucht.studies.motion_variables import variables
 
 CURVE = 400  # points of the amplitude over the speed
 _LIFTED, _OUT = 0.01, 0.5  # of the stroke: the mass has left the inner stop; it is open

@@ -18,12 +18,12 @@ from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.turn_record import smooth_weights
 from wucht.numerics.peaks import extremes
 from wucht.results.conventions import answered
+from wucht.studies.motion_variables import envelopes, variables
 from wucht.studies.run_up.both_models import joined
 from wucht.studies.run_up.felt import felt
 from wucht.studies.run_up.many_runs import gathered
 from wucht.studies.run_up.prepare import Plan
 from wucht.studies.run_up.run import Findings
-from wucht.studies.run_up.variables import envelopes, variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +35,7 @@ _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset of one run, of one run of both models, or of many.
 
-    Its variables are those of ``run_up.variables``; with both models also those of ``run_up.both_models``; many runs are those
+    Its variables are those of ``motion_variables``; with both models also those of ``run_up.both_models``; many runs are those
     of ``run_up.many_runs``, with the dimension ``case``.
     """
     runs = [joined(motions, [_of_motion(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
@@ -43,7 +43,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _of_motion(motion: Motion, deck: float | None) -> xr.Dataset:
-    """The motion of one model: the variables of ``run_up.variables``, and the summary of the contract."""
+    """The motion of one model: the variables of ``motion_variables``, and the summary of the contract."""
     import xarray as xr_
 
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict

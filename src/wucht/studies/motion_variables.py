@@ -1,4 +1,4 @@
-"""The variables of a run-up's Dataset: what was computed, with names and units."""
+"""The variables of a motion in a Dataset: what was computed, with names and units."""
 
 from __future__ import annotations
 
