@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
+from wucht.dynamics.sampling.refinement import at_border
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -21,7 +22,6 @@ from wucht.results.series import save_csv
 from wucht.studies.basin import run as running
 from wucht.studies.basin.map_axes import VARIABLES
 from wucht.studies.basin.prepare import prepare
-from wucht.studies.basin.refinement import at_border
 from wucht.studies.basin.spec import Basin
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report

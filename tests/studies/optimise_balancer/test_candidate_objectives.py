@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from wucht.dynamics.balancers import candidates
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluated
+from wucht.dynamics.balancers.compensated_states import compensated_state
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import THROUGH, Outcome
 from wucht.errors import InputError
 from wucht.results.conventions import summary_of
-from wucht.studies.optimise_balancer import candidates
-from wucht.studies.optimise_balancer.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluated
 from wucht.studies.optimise_balancer.prepare import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
-from wucht.studies.optimise_balancer.standing_states import standing
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
@@ -46,7 +46,7 @@ def test_what_stands_is_where_run_ups_end(drum: float, speed: float, left: float
     bodies = {"p1.mass": mass, "p2.mass": mass, "p1.damping": 0.1, "p2.damping": 0.1}
     machine = FAST.with_values({**bodies, "drum.mass": drum, "drum.eccentricity": 15e-3 / drum})
     run = summary_of(ask(RunUp(until=10.0, start={"p1": 2.8, "p2": -2.6, "drum": {"speed": 180.0}}), machine))
-    state = standing(machine, full=True)
+    state = compensated_state(machine, full=True)
     assert state is not None
     assert run["outcome"] == "passed"
     assert state.speed == pytest.approx(run["final_speed"], rel=1e-6)
@@ -121,7 +121,7 @@ def test_a_held_speed_passes_no_resonance() -> None:
 def test_the_rest_of_the_start_is_everyones() -> None:
     start = {"drum": {"angle": "90 deg", "speed": "5 rad/s"}, "carrier": {"x": "1 mm"}}
     trials = prepare(SPEC.model_copy(update={"start": start}), FAST).as_it_is
-    turned = replace(trials, spec=SPEC)
+    turned = replace(trials, settings=replace(trials.settings, start={}))
     assert np.array_equal(trials.phases, turned.phases)
     begun, plain = trials.starts(FAST), turned.starts(FAST)
     moved = dict(zip(FAST.state_names, (begun - plain).T[0], strict=True))

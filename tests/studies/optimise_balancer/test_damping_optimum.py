@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht.dynamics.balancers.candidates import tried
+from wucht.dynamics.balancers.compensated_states import compensated_state, decay_rate
+from wucht.dynamics.balancers.damping_optimum import damping_curve, rates_of
 from wucht.dynamics.work import Work
 from wucht.results.conventions import summary_of
-from wucht.studies.optimise_balancer.candidates import tried
-from wucht.studies.optimise_balancer.damping_optimum import damping_curve, rates_of
 from wucht.studies.optimise_balancer.prepare import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
-from wucht.studies.optimise_balancer.standing_states import decay_rate, standing
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 from wucht.studies.synchronous_states.spec import SynchronousStates
@@ -82,7 +82,7 @@ def test_what_stands_is_what_synchronous_states_has(share: float) -> None:
     machine = MACHINE.with_values({"drum.unbalance": share * 1e-4})
     states = summary_of(ask(SynchronousStates(), machine))["states"]
     stable = [s["residual_unbalance"] for s in states if s["stable_full"]]
-    state = standing(machine, full=True)
+    state = compensated_state(machine, full=True)
     assert state is not None
     assert state.residual == pytest.approx(min(stable), abs=1e-15)
     assert state.residual == pytest.approx(max(share * 1e-4 - 2e-4, 0.0), rel=1e-4), "the paper has no vibration damping"
@@ -90,6 +90,6 @@ def test_what_stands_is_what_synchronous_states_has(share: float) -> None:
 
 def test_below_the_resonance_nothing_stands_that_balances() -> None:
     """000, section 5: there bodies add to the unbalance."""
-    state = standing(MACHINE.with_values({"drive.speed": 40.0}), full=True)
+    state = compensated_state(MACHINE.with_values({"drive.speed": 40.0}), full=True)
     assert state is not None
     assert state.residual == pytest.approx(3e-4, rel=1e-4)

@@ -12,8 +12,9 @@ import pytest
 from known_fronts import MACHINE, RANGE, Parabolas
 
 from interrupting import assert_same, stop_at, stopped_often
+from wucht.dynamics.balancers import candidates
 from wucht.studies import runner
-from wucht.studies.optimise_balancer import candidates, prepare, run
+from wucht.studies.optimise_balancer import prepare, run
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
@@ -33,7 +34,7 @@ QUESTION = OptimiseBalancer(
 def _small_units(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two candidates each; steady states, which take longer, are not sought."""
     monkeypatch.setattr(candidates, "_UNIT", 4)
-    monkeypatch.setattr(run, "standing", lambda _machine, full: None)
+    monkeypatch.setattr(run, "compensated_state", lambda _machine, full: None)
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

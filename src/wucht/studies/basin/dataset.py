@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.sampling.area_shares import bound, share, uncertainty
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.conventions import Variable, answered, variable
 from wucht.results.formatting import percent
-from wucht.studies.basin.area_shares import bound, share, uncertainty
 from wucht.studies.basin.map_axes import Axis
 from wucht.studies.basin.prepare import Plan
 from wucht.studies.basin.run import MISSING, Findings, Level

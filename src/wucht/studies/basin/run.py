@@ -13,9 +13,9 @@ from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
 from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
 from wucht.dynamics.sampling.placed_members import where_possible
+from wucht.dynamics.sampling.refinement import cells_to_halve, halved, left_at_border
 from wucht.dynamics.work import Work
 from wucht.studies.basin.prepare import Plan
-from wucht.studies.basin.refinement import cells_to_halve, halved, left_at_border
 
 MISSING = -1  # the label of a cell that was not run yet
 _TILE, _ALONE = 3968, 256  # runs: a unit of work, where they are integrated in batches and one by one

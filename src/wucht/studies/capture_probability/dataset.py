@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.smallest_value import fall_of, smallest
 from wucht.results.conventions import answered, variable
 from wucht.results.formatting import percent
 from wucht.studies.capture_probability.distributions import KINDS
 from wucht.studies.capture_probability.prepare import Plan
 from wucht.studies.capture_probability.random_points import REPLICATES
 from wucht.studies.capture_probability.run import Findings, Point
-from wucht.studies.capture_probability.smallest_value import fall_of, smallest
 
 if TYPE_CHECKING:
     import xarray as xr

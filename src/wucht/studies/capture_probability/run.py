@@ -11,12 +11,12 @@ import numpy as np
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.dynamics.sampling.placed_members import where_possible
+from wucht.dynamics.sampling.smallest_value import Bounds, to_look_at
 from wucht.dynamics.verdicts.outcomes import OPEN
 from wucht.dynamics.work import Work
 from wucht.studies.capture_probability.prepare import Plan
 from wucht.studies.capture_probability.probability_bands import band
 from wucht.studies.capture_probability.random_points import REPLICATES
-from wucht.studies.capture_probability.smallest_value import Bounds, to_look_at
 from wucht.studies.capture_probability.sobol_indices import Indices, indices
 
 _TILE = 1024  # runs: a unit of work

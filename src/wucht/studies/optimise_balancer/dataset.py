@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, Evaluated
+from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.sampling.pareto_search import not_dominated
 from wucht.results.conventions import Variable, answered, variable
 from wucht.results.formatting import percent
-from wucht.studies.optimise_balancer.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, Evaluated
-from wucht.studies.optimise_balancer.damping_optimum import DampingCurve
 from wucht.studies.optimise_balancer.prepare import Plan
 from wucht.studies.optimise_balancer.run import Checked, Findings
 from wucht.studies.optimise_balancer.spec import OBJECTIVES

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.analysis.averaged import keeps_inertia
+from wucht.dynamics.balancers.candidates import Trials, TrialSettings
+from wucht.dynamics.balancers.number_of_bodies import with_bodies
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
 from wucht.dynamics.sampling.ensemble_run import way_of
@@ -17,8 +19,6 @@ from wucht.dynamics.sampling.search_variables import Variable, balancing, variab
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
-from wucht.studies.optimise_balancer.candidates import Trials
-from wucht.studies.optimise_balancer.number_of_bodies import with_bodies
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, Objective, OptimiseBalancer
 from wucht.system import TIME
 
@@ -81,6 +81,8 @@ def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
     inertia = keeps_inertia(machine, True if spec.inertia is None else spec.inertia)
     _check_start(spec, machine)
 
+    settings = TrialSettings(spec.samples, spec.seed, spec.start, spec.until, spec.order, spec.tolerance)
+
     def trials(of: Machine) -> Trials:
         variables = variables_of(of, spec.vary, spec.bodies is not None)
         if path in {p for v in variables for p in v.paths}:
@@ -89,7 +91,7 @@ def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
             raise InputError(
                 "study.vary", f"{machine.rotor.name}.mass", "allowed only where the rotor's unbalance is given itself"
             )
-        return Trials(spec, of, variables, path, (given[0] * factor, given[1] * factor), inertia)
+        return Trials(settings, of, variables, path, (given[0] * factor, given[1] * factor), inertia)
 
     as_it_is, objectives = trials(machine), _objectives(spec, machine)
     _check_ends(as_it_is)

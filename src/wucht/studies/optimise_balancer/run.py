@@ -8,16 +8,16 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.balancers.candidates import CAPTURE, Evaluated, Trials, evaluated, power_of_two, tried
+from wucht.dynamics.balancers.compensated_states import compensated_state
+from wucht.dynamics.balancers.damping_optimum import DampingCurve, damping_curve, rates_of
 from wucht.dynamics.sampling.ensemble_question import Report, part_of
 from wucht.dynamics.sampling.pareto_search import generations, not_dominated, spread_out
 from wucht.dynamics.sampling.search_variables import balancing
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.results.formatting import bodies_in_words
-from wucht.studies.optimise_balancer.candidates import CAPTURE, Evaluated, Trials, evaluated, power_of_two, tried
-from wucht.studies.optimise_balancer.damping_optimum import DampingCurve, damping_curve, rates_of
 from wucht.studies.optimise_balancer.prepare import Plan
-from wucht.studies.optimise_balancer.standing_states import standing
 
 _RUNS = 0.8  # of the progress; the rest are steady states
 _OWN, _CURVE, _SEARCH = 0.05, 0.15, 0.7  # shares of the work after each
@@ -110,7 +110,7 @@ def checked(trials: Trials, numbers: np.ndarray, report: Report) -> Checked:
     residuals, machine = list[float](), trials.of(numbers.tolist())
     for end in dict.fromkeys(trials.ends):
         try:
-            state = standing(machine.with_values({trials.unbalance: end}), full=True)
+            state = compensated_state(machine.with_values({trials.unbalance: end}), full=True)
         except InputError as error:
             return Checked(seen, np.nan, error.allowed)
         residuals.append(np.nan if state is None or state.residual is None else state.residual)

@@ -1,4 +1,4 @@
-"""The steady states in which the bodies of a balancer stand: what they leave of the unbalance, how fast they are reached."""
+"""Steady states in which the bodies of a balancer compensate: what they leave of the unbalance, how fast they are reached."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def states_at_speed(machine: Machine) -> tuple[State, ...]:
     return tuple(s for s, resonance in zip(found, resonances, strict=True) if resonance is None or s.speed > resonance)
 
 
-def standing(machine: Machine, full: bool, states: Sequence[State] | None = None) -> Configuration | None:
+def compensated_state(machine: Machine, full: bool, states: Sequence[State] | None = None) -> Configuration | None:
     """The stable one of these states that leaves least unbalance; None: there is none.
 
     full: by the full equations, else by the averaged ones with the inertia of the bodies. states: where they are known. Raises
@@ -58,5 +58,5 @@ def standing(machine: Machine, full: bool, states: Sequence[State] | None = None
 
 def decay_rate(machine: Machine, states: Sequence[State] | None = None) -> float:
     """How fast small deviations from that state decay in the averaged equations: the slowest rate; nan where there is none."""
-    state = standing(machine, full=False, states=states)
+    state = compensated_state(machine, full=False, states=states)
     return np.nan if state is None or state.slow.leading is None else -state.slow.leading.real

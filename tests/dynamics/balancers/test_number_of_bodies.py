@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht.dynamics.balancers.candidates import least_residual, phases
+from wucht.dynamics.balancers.number_of_bodies import with_bodies
 from wucht.dynamics.sampling.search_variables import balancing
 from wucht.errors import InputError
 from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import angular_width
-from wucht.studies.optimise_balancer.candidates import least_residual, phases
-from wucht.studies.optimise_balancer.number_of_bodies import with_bodies
 from wucht.studies.study_file import read_study
 
 CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from wucht.studies.basin.refinement import Periodic, at_border
+from wucht.dynamics.sampling.refinement import Periodic, at_border
 
 
 def share(inside: np.ndarray) -> float:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from wucht.studies.optimise_balancer.candidates import Evaluated
-from wucht.studies.optimise_balancer.damping_optimum import Rates, damping_curve
+from wucht.dynamics.balancers.candidates import Evaluated
+from wucht.dynamics.balancers.damping_optimum import Rates, damping_curve
 
 DAMPINGS = np.array([0.1, 0.2, 0.3, 0.4])
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.dynamics.balancers.candidates import CAPTURE, SETTLING, Evaluated, Trials
+from wucht.dynamics.balancers.compensated_states import decay_rate, states_at_speed
 from wucht.errors import InputError
-from wucht.studies.optimise_balancer.candidates import CAPTURE, SETTLING, Evaluated, Trials
-from wucht.studies.optimise_balancer.standing_states import decay_rate, states_at_speed
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,9 +20,8 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.tracks import angular_width
-from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
 
-SETTLING, RESIDUAL, PEAK, CAPTURE = range(len(OBJECTIVES))
+SETTLING, RESIDUAL, PEAK, CAPTURE = range(4)  # columns of objectives
 _THROUGH, _OPEN = ([OUTCOMES.index(o) for o in of] for of in (THROUGH, OPEN))
 _FAILED = OUTCOMES.index(Outcome.FAILED)
 _UNIT = 64  # runs: a unit of work, and at least one candidate
@@ -30,10 +29,10 @@ _UNIT = 64  # runs: a unit of work, and at least one candidate
 
 @dataclass(frozen=True)
 class Evaluated:
-    """P candidates. numbers: the values of the variables (P, k). objectives (P, 4), in the order of ``spec.OBJECTIVES``, nan
-    where there is none; of a settling time the least that it can be, of a share of captured runs the most. error: the standard
-    error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o). allowed (P,): whether the
-    machine's parts allow it."""
+    """P candidates. numbers: the values of the variables (P, k). objectives (P, 4): settling time, residual, peak, share of
+    captured runs; nan where there is none; of a settling time the least that it can be, of that share the most. error: the
+    standard error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o). allowed (P,):
+    whether the machine's parts allow it."""
 
     numbers: np.ndarray
     objectives: np.ndarray
@@ -62,6 +61,19 @@ class Evaluated:
 
 
 @dataclass(frozen=True)
+class TrialSettings:
+    """The runs of each candidate. samples: how many. seed: of the bodies' phases. start: the rest of the start, as a study file
+    states it. until: how long each lasts, None until it has settled. order: of averaged equations."""
+
+    samples: int
+    seed: int
+    start: Mapping[str, Any]
+    until: float | None
+    order: Literal[1, 2]
+    tolerance: float
+
+
+@dataclass(frozen=True)
 class Trials:
     """How candidates of a machine are tried: the variables, the rotor's unbalance, the runs of each.
 
@@ -69,7 +81,7 @@ class Trials:
     averaged equations keep the bodies' inertia. others: runs from other phases than those of the search.
     """
 
-    spec: OptimiseBalancer
+    settings: TrialSettings
     machine: Machine
     variables: tuple[Variable, ...]
     unbalance: str
@@ -81,24 +93,24 @@ class Trials:
     def spread(self) -> np.ndarray:
         """The values of the unbalance's parameter (M,) in the runs of a candidate."""
         if self.ends[0] == self.ends[1]:
-            return np.full(self.spec.samples, self.ends[0])
-        return np.linspace(*self.ends, self.spec.samples)
+            return np.full(self.settings.samples, self.ends[0])
+        return np.linspace(*self.ends, self.settings.samples)
 
     @property
     def phases(self) -> np.ndarray:
         """The phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
-        return phases(self.machine, self.spec.samples, [self.spec.seed, int(self.others)])
+        return phases(self.machine, self.settings.samples, [self.settings.seed, int(self.others)])
 
     def question(self, model: Literal["full", "slow"]) -> EnsembleQuestion:
         """What is asked of each run."""
-        spec = self.spec
+        s = self.settings
         paths = tuple(values_at(self.machine, self.variables, [v.low for v in self.variables]))
         varied = tuple(dict.fromkeys((*paths, self.unbalance)))
-        return EnsembleQuestion(self.machine, varied, model, self.inertia, spec.order, spec.until, tolerance=spec.tolerance)
+        return EnsembleQuestion(self.machine, varied, model, self.inertia, s.order, s.until, tolerance=s.tolerance)
 
     def starts(self, machine: Machine) -> np.ndarray:
         """The states (n, M) in which the runs of a candidate begin."""
-        begin, at = initial_state(machine, self.spec.start), self.phases
+        begin, at = initial_state(machine, self.settings.start), self.phases
         starts = np.repeat(begin[:, None], at.shape[1], axis=1)
         rotor = begin[machine.row(machine.rotor.coordinate.position)]
         starts[[machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]] = rotor + at
@@ -154,7 +166,7 @@ def least_residual(machine: Machine) -> float:
 
 def tried(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, what: str) -> Evaluated:
     """Candidates (P, k) of the variables; some at a time are a unit of work. what: they are, for the progress."""
-    size = max(1, _UNIT // trials.spec.samples)
+    size = max(1, _UNIT // trials.settings.samples)
     parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
     found = dict(work.units({name: partial(evaluated, trials, model, rows) for name, rows in parts.items()}, what))
     return Evaluated.joined([found[name] for name in parts])
@@ -162,7 +174,7 @@ def tried(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, w
 
 def evaluated(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report) -> Evaluated:
     """Candidates (P, k) of the variables, run together."""
-    count, m = len(numbers), trials.spec.samples
+    count, m = len(numbers), trials.settings.samples
     machines = [_machine(trials, row) for row in numbers.tolist()]
     objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
     made = [(i, machine) for i, machine in enumerate(machines) if machine is not None]
