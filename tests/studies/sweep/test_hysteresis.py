@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from wucht.dynamics.sweeps.jumps import Jump
 from wucht.studies.sweep.dataset import hysteresis
-from wucht.studies.sweep.jumps import Jump
 
 
 def jump(value: float, direction: str) -> Jump:

@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 from interrupting import stop_at
+from wucht.dynamics.sweeps.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -22,7 +23,6 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.results.conventions import summary_of
 from wucht.studies.memory import Memory
 from wucht.studies.runner import draw, report, run
-from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.studies.sweep.prepare import prepare
 from wucht.studies.sweep.spec import Sweep
 
@@ -281,10 +281,10 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
     compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
     plan = prepare(Sweep(along=OMEGA_1, range=(5.0, 10.0)), machine)
-    mover = Mover(plan, compiled, times.append)
+    mover = Mover(plan.moved, compiled, times.append)
     place = mover.leg(mover.begin(), 5000.0).place
     assert place.time == times[-1] == 5000.0
-    assert max(np.diff([0.0, *times])) * plan.pace.fastest <= 201 * 2 * math.pi
+    assert max(np.diff([0.0, *times])) * plan.moved.pace.fastest <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:
@@ -358,6 +358,6 @@ def test_a_prescribed_motion_is_swept(drive: Any, motion: Any, along: str, span:
 
 def test_the_rate_may_have_a_unit(machine: Machine) -> None:
     asked = prepare(Sweep.read({"along": OMEGA_1, "range": ["5 rad/s", "12 rad/s"], "rate": "0.1 rad/s^2"}), machine)
-    assert asked.pace.rate == pytest.approx(0.1)
+    assert asked.moved.pace.rate == pytest.approx(0.1)
     slope = prepare(Sweep.read({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}), machine)
-    assert slope.pace.rate == pytest.approx(1e-6)
+    assert slope.moved.pace.rate == pytest.approx(1e-6)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.sweeps.jumps import Jump
 from wucht.machines.operation import free_speed
 from wucht.results.conventions import answered, variable
-from wucht.studies.sweep.jumps import Jump
 from wucht.studies.sweep.prepare import Plan
 from wucht.studies.sweep.report import SENSE
 from wucht.studies.sweep.run import Findings
@@ -46,7 +46,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    machine, swept, jumps = plan.machine, plan.swept, findings.jumps
+    machine, swept, jumps = plan.moved.machine, plan.swept, findings.jumps
     words = {"what": swept.words, "unit": swept.unit, "speed": machine.units.speed, "length": machine.orbit_unit}
     grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
     free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
@@ -67,14 +67,14 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
     summary = _summary(plan, findings)
-    more = {"along": swept.path, "along_unit": swept.unit, "rate": plan.pace.rate, "engine": findings.engine}
+    more = {"along": swept.path, "along_unit": swept.unit, "rate": plan.moved.pace.rate, "engine": findings.engine}
     made = xr_.Dataset(data, coords=coordinates)
     return answered(made, summary, summary["sentence"], _warnings(findings), findings.failure, **more)
 
 
 def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
     rows = [[getattr(leg, key) for leg in legs] for legs in findings.ramps.values()]
-    samples = plan.pace.samples
+    samples = plan.moved.pace.samples
     return np.array([row + [math.nan] * (samples - len(row)) for row in rows]).reshape(len(rows), samples)
 
 
@@ -92,8 +92,8 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
         "along": path,
         "along_unit": plan.swept.unit,
         "range": [plan.low, plan.high],
-        "rate": plan.pace.rate,
-        "rate_unit": plan.pace.rate_unit,
+        "rate": plan.moved.pace.rate,
+        "rate_unit": plan.moved.pace.rate_unit,
         "rate_chosen": plan.spec.rate is None,
         "jump_tolerance": plan.spec.jump_tolerance,
         "hysteresis": hysteresis(findings.jumps),

@@ -9,11 +9,11 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.sweeps.jumps import Jump, candidates, find_jump
+from wucht.dynamics.sweeps.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.dynamics.work import Work
 from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
-from wucht.studies.sweep.jumps import Jump, candidates, find_jump
-from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.studies.sweep.prepare import Plan
 from wucht.studies.sweep.report import SENSE
 
@@ -44,12 +44,12 @@ class Findings:
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Move the machine; what was found after each part of a ramp and each search. A failure ends the sweep, with a sentence."""
-    machine = plan.machine
+    machine = plan.moved.machine
     moving, events = moving_system(machine, plan.swept.path), release_events(machine)
     compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
-    mover = Mover(plan, compiled, _at(work, 0.0, "settling"))
-    driven, ways = (plan.pace.driven, 0.0), len(plan.ways)
-    findings = Findings(compiled.engine.name, plan.pace.warnings)
+    mover = Mover(plan.moved, compiled, _at(work, 0.0, "settling"))
+    driven, ways = (plan.moved.pace.driven, 0.0), len(plan.ways)
+    findings = Findings(compiled.engine.name, plan.moved.pace.warnings)
     yield findings
     try:
         settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
@@ -65,7 +65,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
             doubts = _doubts(plan, settled, steady, f"after the way {way}", findings.all_legs)
             findings = replace(findings, warnings=findings.warnings + doubts)
             yield findings
-            for jump in _jumps(mover, legs, part.part("jump", _JUMPS_SHARE, 1.0)):
+            for jump in _jumps(mover, legs, plan.spec.jump_tolerance, part.part("jump", _JUMPS_SHARE, 1.0)):
                 findings = replace(findings, jumps=(*findings.jumps, jump))
                 yield findings
         work.report(1.0)
@@ -76,8 +76,8 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[Leg, ...]]:
     """One ramp in equal legs: those made so far after each unit of them. place: where it begins."""
-    step, samples, begun = plan.pace.step, plan.pace.samples, place.time
-    turns = step * plan.pace.fastest / (2 * math.pi)
+    step, samples, begun = plan.moved.pace.step, plan.moved.pace.samples, place.time
+    turns = step * plan.moved.pace.fastest / (2 * math.pi)
     count = max(1, min(_MOST_LEGS_A_UNIT, round(_TURNS_A_UNIT / turns)))
 
     def report(time: float) -> None:
@@ -107,12 +107,12 @@ def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> t
     return tuple(legs), None
 
 
-def _jumps(mover: Mover, legs: Sequence[Leg], work: Work) -> Iterator[Jump]:
+def _jumps(mover: Mover, legs: Sequence[Leg], tolerance: float, work: Work) -> Iterator[Jump]:
     """The jumps of one ramp."""
     pairs = candidates(mover, legs)
     for i, (first, last) in enumerate(pairs):
         searching = replace(mover, report=_at(work, i / len(pairs), f"jump {i + 1} of {len(pairs)} at most"))
-        jump = work.unit(str(i + 1), partial(find_jump, searching, legs, first, last))
+        jump = work.unit(str(i + 1), partial(find_jump, searching, legs, first, last, tolerance))
         if jump is not None:
             yield jump
 
@@ -124,13 +124,13 @@ def _at(work: Work, share: float, what: str) -> Callable[[float], None]:
 
 def _doubts(plan: Plan, settled: Leg, steady: bool, when: str, legs: Sequence[Leg] = ()) -> tuple[str, ...]:
     """Warnings where the machine did not settle, or did not follow to the end of a ramp. legs: of all ramps so far."""
-    doubts, speed = list[str](), f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
+    doubts, speed = list[str](), f"{settled.speed:.5g} {plan.moved.machine.units.speed}".strip()
     if not steady:
         doubts.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
     largest = max(abs(leg.speed) for leg in (settled, *legs))
     if legs and legs[-1].modulation < _TOO_FAST and abs(settled.speed - legs[-1].speed) > _TOO_FAST * largest:
         doubts.append(
             f"the sweep is too fast: {when} the speed still changed from {legs[-1].speed:.5g} to {speed}; "
-            f"give a rate below {plan.pace.rate:.3g} {plan.pace.rate_unit}"
+            f"give a rate below {plan.moved.pace.rate:.3g} {plan.moved.pace.rate_unit}"
         )
     return tuple(doubts)

@@ -6,9 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Quantity, Spec, Start, Tolerance
-
-JUMP_TOLERANCE = 1e-4
 
 
 class Sweep(Spec):

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from wucht.studies.sweep.jumps import _Search
+from wucht.dynamics.sweeps.jumps import _Search
 
 FOLD, SPEED, WIDTH = 120.0, 80.0, 1e-2
 
@@ -19,8 +19,7 @@ class Branch:
     def __init__(self, sense: float, bend: float) -> None:
         self.sense, self.bend = sense, bend
         pace = SimpleNamespace(answer=1.0, turn=0.1, rate=1.0, samples=1, step=1.0)
-        spec = SimpleNamespace(jump_tolerance=WIDTH / FOLD)
-        self.plan = SimpleNamespace(pace=pace, spec=spec)
+        self.moved = SimpleNamespace(pace=pace)
 
     def at(self, value: float) -> Any:
         speed = SPEED - math.sqrt(max(self.sense * (FOLD - value), 0.0) / self.bend)
@@ -45,7 +44,7 @@ def test_the_vertex_is_the_fold(sense: float, bend: float, share: float) -> None
     """share: of the bracket, where the fold lies in it."""
     branch, gap = Branch(sense, bend), WIDTH
     low, high = branch.at(FOLD - sense * share * gap), FOLD + sense * (1 - share) * gap
-    vertex = _Search(branch, after=200.0)._vertex(low, high)  # type: ignore[arg-type]
+    vertex = _Search(branch, after=200.0, tolerance=WIDTH / FOLD)._vertex(low, high)  # type: ignore[arg-type]
     assert vertex is not None
     value, speed, amplitude = vertex
     assert value == pytest.approx(FOLD, abs=1e-3 * WIDTH)
@@ -57,4 +56,4 @@ def test_a_parabola_that_ends_elsewhere_is_no_fold() -> None:
     """The steady states end beyond the bracket: the branch loses its stability in another way."""
     branch = Branch(1.0, 1.0)
     low = branch.at(FOLD - 40 * WIDTH)
-    assert _Search(branch, after=200.0)._vertex(low, low.value + WIDTH) is None  # type: ignore[arg-type]
+    assert _Search(branch, after=200.0, tolerance=WIDTH / FOLD)._vertex(low, low.value + WIDTH) is None  # type: ignore[arg-type]

@@ -17,9 +17,9 @@ from itertools import count
 
 import numpy as np
 
-from wucht.studies.sweep.moving import SETTLED, Leg, Mover, Place
-from wucht.studies.sweep.spec import JUMP_TOLERANCE
+from wucht.dynamics.sweeps.moving import SETTLED, Leg, Mover, Place
 
+JUMP_TOLERANCE = 1e-4
 _STEEP, _SMALLEST, _MOST = 2.0, 0.02, 8  # times the median slope; share of the whole range; candidates
 _OTHER = 0.3  # of the change: if holding the parameter changes the signal by more, the ramp was in another state
 _SAME = 0.2  # of the change between the legs is left between two values that close: else it is steep, but no jump
@@ -73,14 +73,14 @@ def candidates(mover: Mover, legs: Sequence[Leg]) -> list[tuple[int, int]]:
     return sorted(sorted(large, key=lambda pair: -sizes[pair])[:_MOST])
 
 
-def find_jump(mover: Mover, legs: Sequence[Leg], first: int, last: int) -> Jump | None:
+def find_jump(mover: Mover, legs: Sequence[Leg], first: int, last: int, tolerance: float) -> Jump | None:
     """The end of the branch between two legs of a ramp, None if the signal is steep there but does not jump.
 
-    Raises ``IntegrationError``.
+    tolerance: of the value, relative. Raises ``IntegrationError``.
     """
     before, beyond = legs[first], legs[min(last + 1, len(legs) - 1)].place
     landed, _ = mover.settle(beyond)
-    search = _Search(mover, mover.signal(landed))
+    search = _Search(mover, mover.signal(landed), tolerance)
     held, left_after, seen = search.last_steady(legs[: first + 1])
     expected = abs(search.after - mover.signal(seen))
     if left_after is None and abs(mover.signal(held) - mover.signal(seen)) <= _OTHER * expected:
@@ -99,14 +99,15 @@ def _jump(ends: tuple[float, float], before: Leg, after: Leg, vertex: _Vertex | 
 
 @dataclass(frozen=True)
 class _Search:
-    """For one jump. after: the signal where the machine lands."""
+    """For one jump. after: the signal where the machine lands. tolerance: of the value of the parameter, relative."""
 
     mover: Mover
     after: float
+    tolerance: float
 
     def overlap(self, first: Leg, second: Leg) -> bool:
         """Whether the modulations in two legs overlap: then their means differ only by where the modulation is cut."""
-        by_speed = self.mover.plan.machine.rotor.coordinate.prescribed is None
+        by_speed = self.mover.moved.machine.rotor.coordinate.prescribed is None
         return by_speed and max(first.low, second.low) < min(first.high, second.high)
 
     def last_steady(self, legs: Sequence[Leg]) -> tuple[Leg, float | None, Leg]:
@@ -141,12 +142,12 @@ class _Search:
 
     @property
     def _window(self) -> float:
-        return max(2 * self.mover.plan.pace.answer, 4 * self.mover.plan.pace.turn)
+        return max(2 * self.mover.moved.pace.answer, 4 * self.mover.moved.pace.turn)
 
     def _width(self, value: float) -> float:
         """The width of the bracket that is asked for."""
-        pace, tolerance = self.mover.plan.pace, self.mover.plan.spec.jump_tolerance
-        return tolerance * max(abs(value), 1e-3 * pace.rate * pace.samples * pace.step)
+        pace = self.mover.moved.pace
+        return self.tolerance * max(abs(value), 1e-3 * pace.rate * pace.samples * pace.step)
 
     def _left(self, leg: Leg, before: float) -> bool:
         """Whether the machine has left its branch, on which the signal was ``before``."""

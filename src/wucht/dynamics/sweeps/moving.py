@@ -16,6 +16,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.static import axis_at_rest
+from wucht.dynamics.sweeps.pace import Pace
 from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.errors import WuchtError
@@ -28,7 +29,6 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
-from wucht.studies.sweep.prepare import Plan
 from wucht.system import TIME, Output, System
 
 BASE, RATE, ORIGIN = _LINE = tuple(sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))
@@ -42,6 +42,18 @@ _MOST_WINDOWS = 61
 
 class IntegrationError(WuchtError):
     """A leg could not be integrated to its end."""
+
+
+@dataclass(frozen=True)
+class MovedMachine:
+    """machine: with the swept parameter at its first value. initial: the state (n,) to start from. path: of the parameter.
+    energy: the size of the works."""
+
+    machine: Machine
+    initial: np.ndarray
+    path: str
+    pace: Pace
+    energy: float
 
 
 @dataclass(frozen=True)
@@ -110,25 +122,25 @@ def _along_the_line(system: System, symbol: sp.Symbol, energy_unit: str) -> Syst
 
 @dataclass(frozen=True)
 class Mover:
-    """Moves the machine of a plan along. compiled: its ``moving_system``.
+    """Moves a machine along. compiled: its ``moving_system``.
 
     report: called often, with the time reached; it may raise ``KeyboardInterrupt``.
     """
 
-    plan: Plan
+    moved: MovedMachine
     compiled: CompiledSystem
     report: Callable[[float], None]
 
     def begin(self) -> Place:
         """The place at time 0."""
-        system, values = self.compiled.system, self.plan.machine.values
-        state = (*self.plan.initial.tolist(), *(0.0 for _ in system.quadratures))
+        system, values = self.compiled.system, self.moved.machine.values
+        state = (*self.moved.initial.tolist(), *(0.0 for _ in system.quadratures))
         parameters = tuple(values[name] for name in system.parameter_names[: -len(_LINE)])
-        return Place(0.0, values[self.plan.swept.path], state, parameters, EnergyBalance())
+        return Place(0.0, values[self.moved.path], state, parameters, EnergyBalance())
 
     def signal(self, leg: Leg) -> float:
         """What jumps: the speed; where that is prescribed, the amplitude."""
-        return leg.speed if self.plan.machine.rotor.coordinate.prescribed is None else leg.amplitude
+        return leg.speed if self.moved.machine.rotor.coordinate.prescribed is None else leg.amplitude
 
     def settle(self, place: Place, largest: tuple[float, float] = (0.0, 0.0)) -> tuple[Leg, bool]:
         """Hold the parameter until nothing changes any more: the last leg, and whether it is steady, or steadily modulated.
@@ -136,7 +148,7 @@ class Mover:
         largest: speed and amplitude seen before; a speed that changes by less than a millionth of the largest has settled,
         also at a standstill.
         """
-        window, quiet = max(5 * self.plan.pace.answer, 8 * self.plan.pace.turn), 0
+        window, quiet = max(5 * self.moved.pace.answer, 8 * self.moved.pace.turn), 0
         motion, scale = np.full(2, np.inf), np.array(largest)
         for _ in range(_MOST_WINDOWS):
             leg, before = self.leg(place, window), motion
@@ -155,7 +167,7 @@ class Mover:
         """
         rate = 0.0 if to is None else (to - place.value) / duration
         parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the line come last
-        state, end, fastest = self._without_turns(place), place.time + duration, self.plan.pace.fastest
+        state, end, fastest = self._without_turns(place), place.time + duration, self.moved.pace.fastest
         seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / fastest)
         grids = [np.linspace(end - seen, end, 1 + max(8, math.ceil(seen * fastest / (2 * math.pi) * SAMPLES_PER_TURN)))]
         if seen < duration:  # in pieces: between them the user may stop the run
@@ -179,15 +191,15 @@ class Mover:
         heyoka's steps are accurate relative to the largest number in the state: after many turns that would be an angle.
         """
         names, state = self.compiled.system.state_names, np.array(place.state)
-        for rotor in self.plan.machine.rotors:
+        for rotor in self.moved.machine.rotors:
             turned = 2 * math.pi * np.round(state[names.index(rotor.coordinate.position.name)] / (2 * math.pi))
-            for body in self.plan.machine.group(rotor):
+            for body in self.moved.machine.group(rotor):
                 state[names.index(body.coordinate.position.name)] -= turned
         state[len(names) :] = 0.0
         return state
 
     def _run(self, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Trajectory:
-        t = integrate(self.compiled, state, parameters, grid, self.report, self.plan.energy).uninterrupted()
+        t = integrate(self.compiled, state, parameters, grid, self.report, self.moved.energy).uninterrupted()
         if t.failure:
             raise IntegrationError(t.failure)
         return t
@@ -196,7 +208,7 @@ class Mover:
         self, t: Trajectory, rows: dict[str, np.ndarray], place: Place, ended: Place, rate: float, residual: float
     ) -> Leg:
         """The averages over the whole turns at the end of a leg from one place to another."""
-        machine, rotor = self.plan.machine, self.plan.machine.rotor.coordinate
+        machine, rotor = self.moved.machine, self.moved.machine.rotor.coordinate
         time, angle = t.time, rows[rotor.position.name]
         _, averaged = TurnObserver().after(Samples.of(time, (angle, rows[rotor.velocity.name])))
         averaged = averaged.part(averaged.passage == averaged.passage.max(initial=0))
@@ -206,6 +218,6 @@ class Mover:
         mean = (angle[-1] - angle[0]) / (time[-1] - time[0])
         speeds = averaged.speed if whole > 0 else np.array([mean])
         value = float(place.value + rate * ((time[0] + time[-1]) / 2 - place.time))
-        at_rest = axis_at_rest(machine.with_unchecked({self.plan.swept.path: value}))
+        at_rest = axis_at_rest(machine.with_unchecked({self.moved.path: value}))
         amplitude = float(Orbit.of(machine, t.time, rows, at_rest).peaks.max())
         return Leg(ended, value, float(mean), float(speeds.min()), float(speeds.max()), amplitude, residual)
