@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.descent_record import Record
 from wucht.dynamics.run_ups.initial_state import angles_in, listed
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.operation import natural_frequencies
 from wucht.results.conventions import answered, assuming, variable
 from wucht.studies.coast_down.prepare import CarrierStart, Plan
-from wucht.studies.coast_down.record import Record
 from wucht.studies.coast_down.run import Findings
 
 if TYPE_CHECKING:

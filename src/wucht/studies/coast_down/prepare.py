@@ -13,6 +13,8 @@ import numpy as np
 from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import energy_scale
 from wucht.analysis.static import axis_at_rest
+from wucht.dynamics.run_ups.body_phases import BodyPhases
+from wucht.dynamics.run_ups.descent_record import REVERSAL
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, placed, speeds_in
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -20,10 +22,8 @@ from wucht.machines.operation import free_speed, natural_frequencies, sense_of
 from wucht.machines.release_events import release_events
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.events import Event
-from wucht.studies.coast_down.body_phases import BodyPhases
 from wucht.studies.coast_down.spec import CoastDown
 
-REVERSAL = "reversal"
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
 _MOST_TURNS = 50_000
 _RESONANT = 1e-6  # of an undamped resonance: so near it the steady vibration has no bound

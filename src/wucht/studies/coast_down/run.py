@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.run_ups.descent_record import Descent, Record, reduced
 from wucht.dynamics.work import Work
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down.prepare import Plan
-from wucht.studies.coast_down.record import Descent, Record, reduced
 
 SAMPLES_A_LEG = 20_480
 SLOW = 0.01  # of the speed at the start: without `until` the run ends there
@@ -26,7 +26,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     compiled = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
     start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1))
     record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
-    yield record.after(reduced(plan, compiled, record, start)), compiled
+    yield record.after(reduced(plan.machine, plan.at_rest, compiled, record, start)), compiled
     while not _ended(plan, record):
         record = record.after(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, compiled, record, work)))
         yield record, compiled
@@ -38,7 +38,7 @@ def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> De
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
     t = integrate(compiled, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
-    return reduced(plan, compiled, before, t.uninterrupted())
+    return reduced(plan.machine, plan.at_rest, compiled, before, t.uninterrupted())
 
 
 def _ended(plan: Plan, record: Record) -> bool:

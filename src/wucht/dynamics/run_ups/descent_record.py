@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
-from wucht.machines.machine import LOST
+from wucht.machines.machine import LOST, Machine
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
-from wucht.studies.coast_down.prepare import REVERSAL, Plan
 
 MOST_ROWS = 8000
+REVERSAL = "reversal"  # the event at which the main rotor turns back
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")
 _OF_TWO = {"min_speed": np.minimum, "max_speed": np.maximum, "amplitude": np.maximum}  # rows; of others the second stays
 _REACH = 2 * PER_TURN  # averages before and after the speed has halved, through which the time of that is found
@@ -72,12 +73,12 @@ def _thinned(name: str, column: np.ndarray) -> np.ndarray:
     return np.concatenate([column[:1], _OF_TWO[name](first, second) if name in _OF_TWO else second, column[even:]])
 
 
-def reduced(plan: Plan, compiled: CompiledSystem, before: Record, t: Trajectory) -> Descent:
-    """A leg that begins with the last sample of what was recorded before."""
-    outputs, rotor = rows_of(compiled, t), plan.machine.rotor.coordinate
+def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSystem, before: Record, t: Trajectory) -> Descent:
+    """A leg that begins with the last sample of what was recorded before. at_rest: where the carrier's axis rests."""
+    outputs, rotor = rows_of(compiled, t), machine.rotor.coordinate
     time, angle, speed = t.time, outputs[rotor.position.name], outputs[rotor.velocity.name]
     balance, residual = balanced(before.balance, outputs["stored_energy"], t.quadratures)
-    amplitude = Orbit.of(plan.machine, time, outputs, plan.at_rest).peaks
+    amplitude = Orbit.of(machine, time, outputs, at_rest).peaks
     # A row ends with one sample a stride, with the last one of the leg, and with the very first of the run.
     width, begun = max(1, round(before.stride / (time[1] - time[0]))) if len(time) > 1 else 1, int(before.legs > 0)
     last = np.unique([*range(width * begun, len(time), width), len(time) - 1])
