@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.area_shares import bound, share, uncertainty
+from wucht.dynamics.sampling.label_maps import bound, share, uncertainty
 
 Inside = Callable[[np.ndarray, np.ndarray], np.ndarray]
 OPEN = (False, False)

@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
-from wucht.dynamics.sampling.refinement import at_border
+from wucht.dynamics.sampling.label_maps import at_border
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.sampling.area_shares import bound, share, uncertainty
+from wucht.dynamics.sampling.label_maps import bound, share, uncertainty
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.conventions import Variable, answered, variable

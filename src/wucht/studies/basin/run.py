@@ -11,9 +11,9 @@ import numpy as np
 
 from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
+from wucht.dynamics.sampling.label_maps import cells_to_halve, halved, left_at_border
 from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
 from wucht.dynamics.sampling.placed_members import where_possible
-from wucht.dynamics.sampling.refinement import cells_to_halve, halved, left_at_border
 from wucht.dynamics.work import Work
 from wucht.studies.basin.prepare import Plan
 

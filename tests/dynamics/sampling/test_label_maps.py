@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.refinement import at_border, cells_to_halve, halved, left_at_border, widened
+from wucht.dynamics.sampling.label_maps import at_border, cells_to_halve, halved, left_at_border, widened
 
 OPEN = (False, False)
 
