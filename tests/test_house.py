@@ -19,7 +19,7 @@ FLOORS = [
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
            for path in sorted(SOURCE.rglob("*.py"))}  # fmt: skip
-STILL_IMPORT_OTHERS = {"orbit_branch", "stability_map", "cam_correction"}
+STILL_IMPORT_OTHERS = {"cam_correction"}
 STUDIES = sorted(p.parent.name for p in (SOURCE / "studies").glob("*/spec.py"))
 
 
