@@ -178,5 +178,7 @@ def _is_not_finite(out: str, folder: Path) -> bool:
             json.loads(file.read_text(encoding="utf-8"), parse_constant=refuse)
         except ValueError:
             return True
-    said = "\n".join(line for line in out.splitlines() if "title" not in line)
-    return bool(_NOT_FINITE.search(said))
+    printed = out
+    for text in re.findall(r'"([^"\n]+)"', (folder / "study.toml").read_bytes().decode(errors="replace")):
+        printed = printed.replace(text, "")  # a title is printed as it is written
+    return bool(_NOT_FINITE.search(printed))
