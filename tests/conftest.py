@@ -148,12 +148,13 @@ def coarse_angles() -> Iterator[None]:
     is cut away is most of their work. The angles themselves are tested with the cams."""
     import numpy as np
 
-    from wucht.cams import contact, undercut
+    from wucht.cams import contact, shape, undercut
+    from wucht.cams.followers import flat_faced
     from wucht.numerics import valleys
-    from wucht.studies.cam_contour import contact_load, shapes
+    from wucht.studies.cam_contour import contact_load
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (contact, undercut, valleys, contact_load, shapes):
+        for module in (contact, shape, undercut, flat_faced, valleys, contact_load):
             patch.setattr(module, "GRID", valleys.TURN * np.arange(512) / 512)
             if hasattr(module, "STEP"):
                 patch.setattr(module, "STEP", valleys.TURN / 512)

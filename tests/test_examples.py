@@ -2,6 +2,8 @@
 
 import importlib.util
 import math
+import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -9,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
@@ -33,7 +36,7 @@ def _load(name: str) -> ModuleType:
 
 def test_every_example_is_tested_here() -> None:
     assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == [
-        "averaging_alone", "cam_for_an_uneven_shaft", "numerics_alone", "own_part", "own_study",
+        "averaging_alone", "cam_for_an_uneven_shaft", "numerics_alone", "own_cam", "own_part", "own_study",
     ]  # fmt: skip
 
 
@@ -47,6 +50,47 @@ def test_a_part_of_our_own_is_one_class() -> None:
     # c = 200: w = 199.33; the last digit of the run depends on when it counts as settled.
     torque = 200 * speed**5 * 1e-4 / ((1e5 - 10 * speed**2) ** 2 + (200 * speed) ** 2)
     assert 10 * (1 - (speed / 200) ** 2) == pytest.approx(torque, rel=1e-3)
+
+
+def test_a_law_and_a_follower_of_our_own_are_one_class_each(wucht: Callable[..., Any], here: Path) -> None:
+    imported = ("--import", EXAMPLES / "own_cam.py")
+    listed = wucht("list", *imported).out
+    assert "  cubic " in listed
+    assert "  knife-edge " in listed
+    keys = {key["name"]: key for key in wucht("list", "knife-edge", "--json", *imported).document["tables"][0]["keys"]}
+    assert (keys["offset"]["unit"], keys["distance"]["needed"]) == ("m", True)
+    (here / "edge.toml").write_text(sys.modules["own_cam"].FILE)
+    ask = ("run", "edge.toml", *imported, "--json")
+    s = wucht(*ask, "--set", "study.kind=cam-law").document["summary"]
+    arc, stroke, D, e = 2 * math.pi / 3, 0.02, 0.05, 0.01
+    # s = 3 x^2 - 2 x^3: s' is at most 3/2, s'' 6, at the ends, and s''' 12 everywhere.
+    assert s["rise"] == pytest.approx({"velocity": 1.5, "acceleration": 6.0, "jerk": 12.0}, rel=1e-12)
+    assert s["stroke"] == pytest.approx(stroke)
+    assert s["peaks"]["velocity"] == pytest.approx(1.5 * stroke / arc, rel=1e-12)
+    assert s["acceleration_jumps"] == pytest.approx(6 * stroke / arc**2, rel=1e-12)
+
+    ask = (*ask, "--set", "study.speed=60 rpm")
+    contact = 'study.contact={ mass = "2 kg", preload = "100 N" }'
+    done = wucht(*ask, "--set", contact, "-o", "out")
+    assert done.code == 0, done.err
+    s = done.document["summary"]
+    assert (s["follower"], s["outcome"], s["cams"]["cam"]["undercut"]) == ("knife-edge", "cuttable", [])
+    assert s["base_radius"] == pytest.approx(math.hypot(D, e), rel=1e-9)
+    assert s["largest_radius"] == pytest.approx(math.hypot(D + stroke, e), rel=1e-9)
+    # tan alpha = (e + |s'|)/(D + s) on the side where the offset makes it steeper.
+    x = np.linspace(0, 1, 200_001)
+    tangent = (6 * stroke / arc * x * (1 - x) + e) / (D + stroke * x**2 * (3 - 2 * x))
+    assert s["max_pressure_angle"] == pytest.approx(math.atan(tangent.max()), rel=1e-8)
+    with xr.open_dataset(here / "out" / "result.nc") as result:  # at rest the edge bears the preload over cos alpha
+        assert float(result.contact_force[0, 0]) == pytest.approx(100 * math.hypot(1, e / D), rel=1e-12)
+    exported = wucht("export", "out/result.nc", *imported, "-o", "mill")
+    assert exported.code == 0, exported.err
+    assert float(re.search(r"leaves its law by (\S+)", exported.out)[1]) < 1e-6
+    assert len(read_list(here / "mill" / "cam.txt").position) == s["cams"]["cam"]["points_to_mill"]
+    wide = wucht(*ask, "--set", contact.replace(" }", ', width = "5 mm" }'))
+    assert (wide.code, "study.contact.width" in wide.err) == (2, True)
+    wrong = wucht(*ask, "--set", "follower.kind=knive-edge")
+    assert (wrong.code, "did you mean 'knife-edge'?" in wrong.err) == (2, True)
 
 
 def test_averaging_without_a_machine() -> None:
@@ -110,7 +154,7 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     fitted = drive.turning.speed
     assert fitted.cosine == pytest.approx(module.COSINE, abs=0.01)
     assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
-    milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower.follower())
+    milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower)
     phi = truth.angle(even_angles(1024))
     motion = Harmonics.sampled(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.turning)(phi)))
     acceleration = motion.derivative(2).amplitudes

@@ -7,9 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from wucht.cams.tables.follower import FOLLOWERS
-from wucht.cams.tables.kinds_of_law import LAWS
-from wucht.cams.tables.linkage import LINKAGES
+from wucht.cams.drive import followers, laws, linkages
 from wucht.checking import models_in
 from wucht.files.catalogue import FOLDER
 from wucht.keys import Key, keys_of
@@ -32,7 +30,7 @@ FAMILIES: dict[str, tuple[type[Part], str]] = {
     "attachments": (Attachment, "`[[machine.attachments]]`"),
     "dimensionless": (Model, "`[machine.parameters]`, beside `model` in `[machine]`"),
 }
-CAMS = {"laws": (LAWS, "`[law]`"), "followers": (FOLLOWERS, "`[follower]`"), "linkages": (LINKAGES, "`[linkage]`")}
+CAMS = {"laws": (laws, "`[law]`"), "followers": (followers, "`[follower]`"), "linkages": (linkages, "`[linkage]`")}
 HEADS = ("key", "what", "unit", "default", "what it may be")
 
 
@@ -57,7 +55,7 @@ def parts() -> Iterator[tuple[str, tuple[str, type[Any], str]]]:
     bases = tuple(base for base, _ in FAMILIES.values())
     yield from ((f"others/{kind}", (kind, cls, "")) for kind, cls in known(Part).items() if not issubclass(cls, bases))
     for family, (kinds, where) in CAMS.items():
-        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in kinds.items())
+        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in kinds().items())
 
 
 def _list(title: str, text: str, rows: Sequence[tuple[str, ...]]) -> str:

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
+from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
+from wucht.cams.followers.oscillating_roller import OscillatingRoller
+from wucht.cams.followers.roller_cam import RollerCam
+from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -37,17 +39,19 @@ class EccentricCircle:
 
 
 def eccentric(clockwise=False, inner=True):
-    follower = OscillatingRoller(PIVOT, ARM, ROLLER, 0.0)
+    follower = OscillatingRoller(pivot=PIVOT, arm=ARM, roller_radius=ROLLER, angle=0.0)
     return RollerCam(EccentricCircle(clockwise), follower, clockwise, not inner)
 
 
 def lever():
     law = Harmonics.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
-    return law, OscillatingRoller(0.11, 0.09, 0.01, math.radians(-143))
+    return law, OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
 
 
 def rod():
-    return Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), TranslatingRoller(0.06, 0.012, 0.007)
+    return Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), TranslatingRoller(
+        distance=0.06, roller_radius=0.012, offset=0.007
+    )
 
 
 CAMS = {
@@ -56,7 +60,7 @@ CAMS = {
     for cw in (False, True)
     for outer in (False, True)
 }
-FLAT = {f"flat{', clockwise' if cw else ''}": FlatFacedCam(rod()[0], FlatFaced(0.08), cw) for cw in (False, True)}
+FLAT = {f"flat{', clockwise' if cw else ''}": FlatFacedCam(rod()[0], FlatFaced(distance=0.08), cw) for cw in (False, True)}
 
 
 def derivative(f, phi, h=1e-5):
@@ -178,14 +182,14 @@ def test_derivatives_and_curvature_of_a_flat_faced_cam(cam):
 def test_an_undercut_cam_says_so():
     """A roller larger than the least radius of curvature of the pitch curve cuts its own contour away."""
     law, _ = rod()
-    sharp = RollerCam(law, TranslatingRoller(0.06, 0.0, 0.0))
+    sharp = RollerCam(law, TranslatingRoller.model_construct(distance=0.06, roller_radius=0.0))
     least = 1 / sharp.pitch_curvature(PHI).max()
     for share, cut in ((0.99, False), (1.01, True)):
-        cam = RollerCam(law, TranslatingRoller(0.06, share * least, 0.0))
+        cam = RollerCam(law, TranslatingRoller(distance=0.06, roller_radius=share * least, offset=0.0))
         assert (cam.undercut(PHI).min() < 0) is np.bool_(cut)
     bent = Harmonics.of(0.01, [-0.01, 0.005])  # h + h'' = distance + 0.01 - 0.015 cos 2 phi
     for distance, cut in ((0.0051, False), (0.0049, True)):
-        assert (FlatFacedCam(bent, FlatFaced(distance)).undercut(PHI).min() < 0) is np.bool_(cut)
+        assert (FlatFacedCam(bent, FlatFaced(distance=distance)).undercut(PHI).min() < 0) is np.bool_(cut)
 
 
 @settings(max_examples=40, deadline=None)
@@ -198,7 +202,7 @@ def test_an_undercut_cam_says_so():
 )
 def test_the_contour_is_at_the_rollers_radius_whatever_the_lever(pivot, arm, angle, coefficients, clockwise):
     law = Harmonics.of(0.0, coefficients, coefficients[::-1])
-    cam = RollerCam(law, OscillatingRoller(pivot, arm, 0.005, math.radians(angle)), clockwise)
+    cam = RollerCam(law, OscillatingRoller(pivot=pivot, arm=arm, roller_radius=0.005, angle=math.radians(angle)), clockwise)
     assert np.abs(cam.pitch(PHI) - cam.contour(PHI)) == pytest.approx(np.full(721, 0.005), rel=1e-9)
     # The centre goes round as the cam turns: seen from the frame it is where the lever says.
     seen = cam.pitch(PHI) * np.exp(1j * (-1 if clockwise else 1) * PHI)

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.conjugate import conjugate_cams
 from wucht.cams.contact import (
     FollowerLoad,
     Material,
     conjugate_forces,
     contact_forces,
     contact_pressure,
-    grip,
     hertz_pressure,
 )
-from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
+from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
+from wucht.cams.followers.oscillating_roller import OscillatingRoller, conjugate_cams
+from wucht.cams.followers.roller_cam import RollerCam
+from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
 from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.errors import InputError
@@ -32,16 +32,19 @@ OMEGA = Harmonics.of(52.0, [1.0, 4.0], [0.5, -3.0])
 STEEL = Material(210e9, 0.3)
 LEVER_LOAD = FollowerLoad(inertia=0.04, stiffness=30.0, preload=25.0, damping=0.2, constant=3.0)
 ROD_LOAD = FollowerLoad(inertia=6.0, stiffness=1e3, preload=200.0, damping=30.0, constant=14.7)
-OUT, IN = OscillatingRoller(0.11, 0.09, 0.01, math.radians(-143)), OscillatingRoller(0.11, 0.09, 0.01, math.radians(122))
+OUT, IN = (
+    OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143)),
+    OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(122)),
+)
 CAMS = {
     "lever": (RollerCam(ANGLE, OUT), LEVER_LOAD),
     "lever, clockwise": (RollerCam(ANGLE, OUT, True), LEVER_LOAD),
     "lever inwards": (RollerCam(ANGLE, IN), LEVER_LOAD),
     "lever, outer": (RollerCam(ANGLE, OUT, False, True), LEVER_LOAD),
-    "rod": (RollerCam(LIFT, TranslatingRoller(0.06, 0.012, 0.007)), ROD_LOAD),
-    "rod, clockwise": (RollerCam(LIFT, TranslatingRoller(0.06, 0.012, 0.007), True), ROD_LOAD),
-    "flat": (FlatFacedCam(LIFT, FlatFaced(0.08)), ROD_LOAD),
-    "flat, clockwise": (FlatFacedCam(LIFT, FlatFaced(0.08), True), ROD_LOAD),
+    "rod": (RollerCam(LIFT, TranslatingRoller(distance=0.06, roller_radius=0.012, offset=0.007)), ROD_LOAD),
+    "rod, clockwise": (RollerCam(LIFT, TranslatingRoller(distance=0.06, roller_radius=0.012, offset=0.007), True), ROD_LOAD),
+    "flat": (FlatFacedCam(LIFT, FlatFaced(distance=0.08)), ROD_LOAD),
+    "flat, clockwise": (FlatFacedCam(LIFT, FlatFaced(distance=0.08), True), ROD_LOAD),
 }
 EACH = pytest.mark.parametrize(("cam", "load"), CAMS.values(), ids=CAMS)
 
@@ -102,7 +105,7 @@ def test_the_contact_force_has_the_moment_of_its_direction(cam, load):
     found = contact_forces(cam, load, w, PHI)
     assert found.effort == pytest.approx(effort)
     assert found.force == pytest.approx(side(cam) * effort / lever)
-    assert np.abs(grip(cam, PHI)) == pytest.approx(lever)
+    assert np.abs(cam.grip(PHI)) == pytest.approx(lever)
 
 
 def test_the_force_on_a_flat_face_acts_where_it_is_touched():
@@ -114,7 +117,7 @@ def test_the_force_on_a_flat_face_acts_where_it_is_touched():
 def test_a_spring_presses_on_the_eccentric_circle():
     """Of the cases: the arm is 90 mm and the pressure angle 11.190639 deg at phi = 0, s' = -0.12244898."""
     theta, s = math.radians(-143.08681668), -0.12244898
-    cam = RollerCam(Harmonics.of(0.0, [0.0], [s]), OscillatingRoller(0.110, 0.090, 0.010, theta))
+    cam = RollerCam(Harmonics.of(0.0, [0.0], [s]), OscillatingRoller(pivot=0.110, arm=0.090, roller_radius=0.010, angle=theta))
     found = contact_forces(cam, FollowerLoad(1.0, preload=10.0), 0.0, np.zeros(1))
     assert found.force == pytest.approx(10 / (0.090 * math.cos(math.radians(11.190639))), rel=1e-7)
     assert found.torque == pytest.approx(10 * s)
@@ -178,12 +181,17 @@ def test_units_of_time_and_length():
     fast = contact_forces(cam, FollowerLoad(1.5, 16e3, 800.0), 80.0, PHI)
     assert fast.force == pytest.approx(4 * base.force)
     large = Harmonics(1e3 * LIFT.mean, 1e3 * LIFT.cosine, 1e3 * LIFT.sine)
-    there = contact_forces(RollerCam(large, TranslatingRoller(60.0, 12.0, 7.0)), FollowerLoad(1.5e-3, 4.0, 200.0), 40.0, PHI)
+    there = contact_forces(
+        RollerCam(large, TranslatingRoller(distance=60.0, roller_radius=12.0, offset=7.0)),
+        FollowerLoad(1.5e-3, 4.0, 200.0),
+        40.0,
+        PHI,
+    )
     assert there.force == pytest.approx(base.force)
     assert there.torque == pytest.approx(1e3 * base.torque)
 
 
-PAIR = conjugate_cams(ANGLE, OUT, OscillatingRoller(0.11, 0.08, 0.012, math.radians(122)))
+PAIR = conjugate_cams(ANGLE, OUT, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.012, angle=math.radians(122)))
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5])
@@ -193,7 +201,7 @@ def test_conjugate_forces_are_those_of_two_springs_that_only_press(share, preloa
     load = FollowerLoad(0.4, 30.0, preload, 0.2, 3.0)
     found = conjugate_forces(PAIR, load, OMEGA, PHI, share)
     needed = contact_forces(PAIR.cam, FollowerLoad(0.4, 30.0, 0.0, 0.2, 3.0), OMEGA, PHI).effort
-    arms = np.abs(grip(PAIR.cam, PHI)), np.abs(grip(PAIR.counter, PHI))
+    arms = np.abs(PAIR.cam.grip(PHI)), np.abs(PAIR.counter.grip(PHI))
 
     def out(x):
         return max(0.0, preload + share * x)
@@ -280,10 +288,10 @@ def test_the_pressure_on_cams():
 
 
 def test_there_is_no_pressure_where_there_is_no_contour():
-    sharp = RollerCam(Harmonics.of(0.0, [0.0, 0.02]), TranslatingRoller(0.06, 0.045))
+    sharp = RollerCam(Harmonics.of(0.0, [0.0, 0.02]), TranslatingRoller(distance=0.06, roller_radius=0.045))
     with pytest.raises(InputError, match="would cut the contour away"):
         contact_pressure(sharp, np.ones(9), np.linspace(0, 3, 9), 0.01, (STEEL, STEEL))
-    flat = FlatFacedCam(Harmonics.of(0.0, [0.0, 0.02]), FlatFaced(0.05))
+    flat = FlatFacedCam(Harmonics.of(0.0, [0.0, 0.02]), FlatFaced(distance=0.05))
     with pytest.raises(InputError, match=r"follower.distance: .* take at least 0.06\d* m"):
         contact_pressure(flat, np.ones(9), np.linspace(0, 3, 9), 0.01, (STEEL, STEEL))
 
@@ -292,7 +300,7 @@ def test_a_lever_in_line_with_the_cam_cannot_be_driven():
     """Its angle must keep off 0 and 180 deg over the whole range of the law: both sides."""
     low, _ = ANGLE.bounds
     for into, fine in ((0.01, True), (-0.01, False)):
-        cam = RollerCam(ANGLE, OscillatingRoller(0.11, 0.09, 0.01, -math.pi - low + into))
+        cam = RollerCam(ANGLE, OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=-math.pi - low + into))
         if fine:
             contact_forces(cam, LEVER_LOAD, 10.0, PHI)
             continue

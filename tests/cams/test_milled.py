@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
 from wucht.cams.correction import CorrectedLaw, above
-from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
+from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
+from wucht.cams.followers.oscillating_roller import OscillatingRoller
+from wucht.cams.followers.roller_cam import RollerCam
+from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar
 from wucht.cams.linkages.linked_motion import LeverMotion
@@ -19,7 +21,8 @@ from wucht.numerics.harmonics import Harmonics, even_angles
 LAW = equiripple(5, math.radians(120), math.radians(24))
 SHAFT = ShaftMotion(Harmonics.of(500 * math.pi / 30, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4]))
 LINKAGE = FourBar(0.3, 0.1, 0.28, 0.12, math.radians(80))
-LEVER = OscillatingRoller(0.11, 0.09, 0.01, math.radians(-143))
+ROD = TranslatingRoller(distance=0.06, roller_radius=0.012, offset=0.007)
+LEVER = OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
 ORDERS = 60  # looked at: differentiation makes more of the rounding of higher ones
 
 
@@ -56,7 +59,7 @@ def test_points_rounded_to_a_micrometre_leave_something():
 
 @pytest.mark.parametrize("clockwise", [False, True])
 @pytest.mark.parametrize("outer", [False, True])
-@pytest.mark.parametrize("follower", [LEVER, TranslatingRoller(0.06, 0.012, 0.007)], ids=["lever", "rod"])
+@pytest.mark.parametrize("follower", [LEVER, ROD], ids=["lever", "rod"])
 def test_a_cam_moves_its_follower_as_the_law_says(follower, outer, clockwise):
     law = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008])
     phi = np.linspace(0, 7, 200)
@@ -67,7 +70,7 @@ def test_a_cam_moves_its_follower_as_the_law_says(follower, outer, clockwise):
 
 @pytest.mark.parametrize("clockwise", [False, True])
 def test_a_cam_moves_its_flat_face_as_the_law_says(clockwise):
-    law, follower = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), FlatFaced(0.05)
+    law, follower = Harmonics.of(0.01, [-0.011, 0.001], [0.0005, 0.0008]), FlatFaced(distance=0.05)
     phi = np.linspace(0, 7, 200)
     points = FlatFacedCam(law, follower, clockwise).contour(even_angles(720))
     assert MilledCam(points, follower, clockwise).motion(phi, law(phi)) == pytest.approx(law(phi), abs=1e-12)

@@ -2,17 +2,17 @@
 
 import math
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.followers import OscillatingRoller, TranslatingRoller
+from wucht.cams.followers.flat_faced import FlatFacedCam, smallest_flat_faced_cam
+from wucht.cams.followers.oscillating_roller import OscillatingRoller, smallest_lever_cam
+from wucht.cams.followers.roller_cam import RollerCam
+from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import STANDARD_LAWS
-from wucht.cams.sizing.smallest_cam import smallest_flat_faced_cam, smallest_lever_cam, smallest_rod_cam
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 
@@ -42,9 +42,9 @@ def sharpest(cam, phi=PHI):
 def moved(follower, by):
     """The same follower with the cam's centre elsewhere, by a vector in the follower's own frame."""
     if isinstance(follower, TranslatingRoller):
-        return replace(follower, distance=follower.distance - by.real, offset=follower.offset - by.imag)
+        return follower.model_copy(update={"distance": follower.distance - by.real, "offset": follower.offset - by.imag})
     centre = -follower.pivot * np.exp(-1j * follower.angle) + by
-    return replace(follower, pivot=abs(centre), angle=math.pi - float(np.angle(centre)))
+    return follower.model_copy(update={"pivot": abs(centre), "angle": math.pi - float(np.angle(centre))})
 
 
 @pytest.mark.slow
@@ -69,7 +69,7 @@ def test_no_lever_has_a_smaller_base_circle(law, outward, clockwise):
         if not (np.sin(sense * angle + swing) * sense > 0).all():
             continue
         for pivot in np.linspace(0.06, 0.14, 33):
-            other = RollerCam(law, replace(found.follower, pivot=pivot, angle=sense * angle), clockwise)
+            other = RollerCam(law, found.follower.model_copy(update={"pivot": pivot, "angle": sense * angle}), clockwise)
             radius = base(other, FEW)
             if radius < smallest and steepest(other, FEW) <= 30 * DEG:
                 smallest = radius
@@ -141,7 +141,7 @@ def test_half_the_swing_is_the_least_pressure_angle(outward):
         if not (np.sin(sense * angle + swing) * sense > 0).all():
             continue
         for pivot in ARM * np.geomspace(0.3, 1000, 40):
-            cam = RollerCam(SWING, OscillatingRoller(pivot, ARM, ROLLER, sense * angle))
+            cam = RollerCam(SWING, OscillatingRoller(pivot=pivot, arm=ARM, roller_radius=ROLLER, angle=sense * angle))
             assert steepest(cam, FEW[::4]) > 0.99 * half
             tried += 1
     assert tried > 1000
@@ -211,7 +211,7 @@ def test_no_lever_with_that_curvature_is_smaller(permitted, least, size):
     best, mine = math.inf, found.base_radius if size == "base" else found.largest_radius
     for pivot in np.linspace(0.05, 0.15, 41):
         for angle in np.linspace(-math.pi, -1.5, 41):
-            other = RollerCam(SWING, replace(found.follower, pivot=pivot, angle=angle))
+            other = RollerCam(SWING, found.follower.model_copy(update={"pivot": pivot, "angle": angle}))
             radii = np.abs(other.pitch(FEW))
             radius = radii.min() if size == "base" else radii.max()
             if radius < best and steepest(other, FEW) <= permitted * DEG and sharpest(other, FEW) >= least:

@@ -8,19 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
+from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
+from wucht.cams.followers.oscillating_roller import OscillatingRoller
+from wucht.cams.followers.roller_cam import RollerCam
+from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import STANDARD_LAWS
-from wucht.cams.undercut import (
-    check_face,
-    check_roller,
-    check_wheel,
-    cut_away,
-    cut_away_by_face,
-    largest_roller,
-    largest_wheel,
-)
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.valleys import GRID
@@ -33,15 +26,16 @@ LEVER = Harmonics.of(math.radians(12), np.radians([-12.5, 3.5, 0.8]), np.radians
 def waisted(roller, outer=False, clockwise=False, unit=1.0):
     """A disc whose pitch curve is 0.1 + 0.08 cos 2 phi from the centre: with a waist, 0.02 from it."""
     law = Harmonics.of(0.0, [0.0, 0.08 * unit])
-    return RollerCam(law, TranslatingRoller(0.1 * unit, roller * unit), clockwise, outer)
+    return RollerCam(law, TranslatingRoller.model_construct(distance=0.1 * unit, roller_radius=roller * unit), clockwise, outer)
 
 
 @functools.cache
 def levered(roller, outer=False):
-    return RollerCam(LEVER, OscillatingRoller(0.11, 0.09, roller, math.radians(-143)), False, outer)
+    lever = OscillatingRoller.model_construct(pivot=0.11, arm=0.09, roller_radius=roller, angle=math.radians(-143))
+    return RollerCam(LEVER, lever, False, outer)
 
 
-cut = functools.cache(cut_away)
+cut = functools.cache(RollerCam.cut_away)
 
 
 def nearest_roller(cam, phi, count=20_000):
@@ -58,7 +52,7 @@ def inside(arcs, phi, margin=0.0):
 @pytest.mark.parametrize("clockwise", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_waist_is_cut_through_by_a_roller_of_its_half_width(clockwise):
     """There the pitch curve is 0.02 from the centre on both sides: the roller meets itself. Locally it is hollow."""
-    assert largest_roller(waisted(0.0, clockwise=clockwise)).radius == pytest.approx(0.02, rel=1e-9)
+    assert waisted(0.0, clockwise=clockwise).largest_roller().radius == pytest.approx(0.02, rel=1e-9)
     below, above = cut(waisted(0.01999, clockwise=clockwise)), cut(waisted(0.02001, clockwise=clockwise))
     assert below.missing == below.elsewhere == ()
     assert above.undercut == ()
@@ -78,7 +72,7 @@ def test_radii_of_the_waisted_disc():
 
 def test_radii_of_the_outer_flank():
     """There the material bulges where the disc is hollow, and the roller must be smaller than that radius."""
-    assert largest_roller(waisted(0.0, outer=True)).radius == pytest.approx(0.1 * 0.2**2 / 3.0, rel=1e-9)
+    assert waisted(0.0, outer=True).largest_roller().radius == pytest.approx(0.1 * 0.2**2 / 3.0, rel=1e-9)
     found = cut(waisted(0.001, outer=True))
     assert (found.undercut, found.missing) == ((), ())
     assert found.convex.radius == pytest.approx(0.1 * 0.2**2 / 3.0 - 0.001, rel=1e-9)
@@ -118,7 +112,7 @@ def test_the_ends_of_an_undercut_arc_are_cusps():
     assert len(arcs) == 1
     assert np.abs(cam.contour(np.array(arcs[0]), 1)) == pytest.approx([0, 0], abs=1e-12)
     assert cam.undercut(np.array(arcs[0]).mean()) < 0
-    largest = largest_roller(cam).radius
+    largest = cam.largest_roller().radius
     assert largest == pytest.approx(1 / cam.pitch_curvature(np.linspace(0, TURN, 100_001)).max(), rel=1e-8)
     assert [len(cut(levered(share * largest)).missing) for share in (0.9999, 1.0001)] == [0, 1]
 
@@ -126,20 +120,20 @@ def test_the_ends_of_an_undercut_arc_are_cusps():
 @pytest.mark.parametrize(("cam", "key"), [(waisted(0.03), "follower.distance"), (levered(0.0695), "follower.pivot")])
 def test_the_sentence_names_a_roller_that_will_do(cam, key):
     with pytest.raises(InputError, match="would cut the contour away at a cam angle of") as error:
-        check_roller(cam)
+        cam.check()
     assert error.value.where == "follower.roller_radius"
     assert key in str(error.value)
     told = float(re.search(r"at most (\S+) m", str(error.value)).group(1))
-    check_roller(replace(cam, follower=replace(cam.follower, roller_radius=told)))
+    replace(cam, follower=cam.follower.model_copy(update={"roller_radius": told})).check()
     with pytest.raises(InputError):
-        check_roller(replace(cam, follower=replace(cam.follower, roller_radius=told * 1.0002)))
+        replace(cam, follower=cam.follower.model_copy(update={"roller_radius": told * 1.0002})).check()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cam", [waisted(0.01), waisted(0.001, outer=True)], ids=["inner", "outer"])
 def test_the_largest_wheel_touches_the_whole_contour_and_no_larger_one_does(cam):
     """By brute force: a wheel at any point of the contour has no other point of it within."""
-    largest = largest_wheel(cam)
+    largest = cam.largest_wheel()
     phi = np.linspace(0, TURN, 361)[:-1]
     side, contour = -1 if cam.outer else 1, cam.contour(GRID)
     for share, fits in ((0.999, True), (1.001, False)):
@@ -147,10 +141,10 @@ def test_the_largest_wheel_touches_the_whole_contour_and_no_larger_one_does(cam)
         centres = cam.contour(phi) + side * wheel * cam.normal(phi)
         nearest = np.array([np.abs(contour - c).min() for c in centres])
         assert (nearest.min() > wheel * (1 - 1e-6)) is np.bool_(fits)
-    check_wheel(cam, 0.999 * largest.radius)
+    cam.check_wheel(0.999 * largest.radius)
     with pytest.raises(InputError, match=r"wheel_radius.* too hollow for it at a cam angle of") as error:
-        check_wheel(cam, 1.001 * largest.radius)
-    check_wheel(cam, float(re.search(r"at most (\S+) m", str(error.value)).group(1)))
+        cam.check_wheel(1.001 * largest.radius)
+    cam.check_wheel(float(re.search(r"at most (\S+) m", str(error.value)).group(1)))
 
 
 def test_the_sentence_names_a_wheel_that_will_do():
@@ -166,32 +160,32 @@ def test_the_sentence_names_a_wheel_that_will_do():
 
 
 def test_a_wheel_is_no_larger_than_the_hollow_it_must_reach():
-    assert largest_wheel(waisted(0.01)).radius == pytest.approx(cut(waisted(0.01)).hollow.radius, rel=1e-9)
+    assert waisted(0.01).largest_wheel().radius == pytest.approx(cut(waisted(0.01)).hollow.radius, rel=1e-9)
     with pytest.raises(InputError, match="roller_radius"):
-        largest_wheel(waisted(0.03))
+        waisted(0.03).largest_wheel()
 
 
 def test_a_flat_face_needs_the_distance_of_the_closed_form():
     """h + h'' = distance + 0.01 - 0.015 cos 2 phi: 5 mm, both sides, and what the sentence says."""
     law = Harmonics.of(0.01, [-0.01, 0.005])
-    check_face(FlatFacedCam(law, FlatFaced(0.00500001)))
+    FlatFacedCam(law, FlatFaced(distance=0.00500001)).check()
     with pytest.raises(InputError, match=r"follower.distance: .* at a cam angle of") as error:
-        check_face(FlatFacedCam(law, FlatFaced(0.0049)))
+        FlatFacedCam(law, FlatFaced(distance=0.0049)).check()
     told = float(re.search(r"at least (\S+) m", str(error.value)).group(1))
     assert told == pytest.approx(0.005, rel=3e-4)
-    check_face(FlatFacedCam(law, FlatFaced(told)))
+    FlatFacedCam(law, FlatFaced(distance=told)).check()
 
 
 @functools.cache
 def faced(clockwise=False, unit=1.0):
     """3-4-5 up within 60 deg and down within 80: far too small for its face."""
     law = RiseAndReturn(STANDARD_LAWS["3-4-5"], 0.02 * unit, (0.1, 0.1 + PI / 3), (4.0, 4.0 + 4 * PI / 9))
-    return FlatFacedCam(law, FlatFaced(0.02 * unit), clockwise)
+    return FlatFacedCam(law, FlatFaced(distance=0.02 * unit), clockwise)
 
 
 @functools.cache
 def cut_by_face(clockwise=False, unit=1.0):
-    return cut_away_by_face(faced(clockwise, unit))
+    return faced(clockwise, unit).cut_away()
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
@@ -215,7 +209,7 @@ def test_what_a_face_leaves_lies_behind_all_faces(clockwise):
 
 def test_what_a_face_leaves_is_the_same_in_any_unit_and_all_where_nothing_folds():
     assert np.array(cut_by_face(unit=1000.0).missing) == pytest.approx(np.array(cut_by_face().missing), abs=1e-9)
-    whole = cut_away_by_face(FlatFacedCam(Harmonics.of(0.01, [-0.01, 0.005]), FlatFaced(0.006)))
+    whole = FlatFacedCam(Harmonics.of(0.01, [-0.01, 0.005]), FlatFaced(distance=0.006)).cut_away()
     assert (whole.undercut, whole.missing) == ((), ())
     assert whole.convex.radius == pytest.approx(0.001, rel=1e-9)  # of distance + 0.01 - 0.015 cos 2 phi
 
@@ -225,18 +219,18 @@ def test_a_limit_is_no_cap():
     """A lever cam that is hollow with a radius of 6.65 m, 33 times its size: the wheel may be as large, no larger. A convex one
     has none, nor has the roller on the outer flank of its groove."""
     law = RiseAndReturn(STANDARD_LAWS["modified-sine"], -PI / 9, (5 * PI / 3, 13 * PI / 6), (PI / 2, 10 * PI / 9))
-    cam = RollerCam(law, OscillatingRoller(0.150, 0.100, 0.015, 5 * PI / 6))
-    largest = largest_wheel(cam)
+    cam = RollerCam(law, OscillatingRoller(pivot=0.150, arm=0.100, roller_radius=0.015, angle=5 * PI / 6))
+    largest = cam.largest_wheel()
     assert largest.radius == pytest.approx(6.653, rel=1e-3)
     assert math.degrees(largest.phi) == pytest.approx(313.7, abs=0.05)
     assert largest.radius == pytest.approx(cut(cam).hollow.radius, rel=1e-9)
-    round_one = TranslatingRoller(0.1, 0.01)
+    round_one = TranslatingRoller(distance=0.1, roller_radius=0.01)
     convex, outer = (RollerCam(Harmonics.of(0.0, [0.002]), round_one, outer=flank) for flank in (False, True))
-    assert largest_wheel(convex) is None
-    check_wheel(convex, 1e6)
-    assert largest_roller(outer) is None
+    assert convex.largest_wheel() is None
+    convex.check_wheel(1e6)
+    assert outer.largest_roller() is None
     assert cut(outer).largest_roller == math.inf
-    check_roller(replace(outer, follower=replace(round_one, roller_radius=1e3)))
+    replace(outer, follower=replace(round_one, roller_radius=1e3)).check()
 
 
 def test_radii_are_lengths():

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import wucht
-from wucht import parts
+from wucht import kinds, parts
 from wucht.errors import InputError, WuchtError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import described_machine, load_document
@@ -357,9 +357,9 @@ class Elsewhere(Load):
 @pytest.fixture
 def loaded_anew() -> Iterator[None]:
     """Entry points are read once: for these tests again, before and after."""
-    parts._load.cache_clear()
+    kinds._load.cache_clear()
     yield
-    parts._load.cache_clear()
+    kinds._load.cache_clear()
 
 
 @pytest.mark.usefixtures("loaded_anew")
@@ -371,7 +371,7 @@ def test_parts_of_another_package_are_found(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.syspath_prepend(tmp_path)
     asked = []
     entry = EntryPoint("elsewhere", "elsewhere_parts", parts.GROUP)
-    monkeypatch.setattr(parts, "entry_points", lambda group: asked.append(group) or [entry])
+    monkeypatch.setattr(kinds, "entry_points", lambda group: asked.append(group) or [entry])
     load = parts.loads()["elsewhere"]
     try:
         assert load.__module__ == "elsewhere_parts.elsewhere"
@@ -386,7 +386,7 @@ def test_parts_of_another_package_are_found(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.usefixtures("loaded_anew")
 def test_a_package_that_cannot_be_loaded_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     entry = EntryPoint("broken", "no_such_parts", parts.GROUP)
-    monkeypatch.setattr(parts, "entry_points", lambda group: [entry])
+    monkeypatch.setattr(kinds, "entry_points", lambda group: [entry])
     with pytest.raises(WuchtError, match=r"the parts 'broken' \(no_such_parts\) cannot be loaded: No module named"):
         parts.loads()
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.conjugate import ConjugateCams
+from wucht.cams.cam import Cam
+from wucht.cams.followers.roller_cam import ConjugateCams
 from wucht.cams.laws.law import Law
 from wucht.cams.linkages.linked_motion import LeverMotion
-from wucht.cams.undercut import check_face, check_roller
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.valleys import GRID, Arc, arcs_below_zero, valleys
@@ -113,18 +112,7 @@ class Material:
         return (1 - self.poisson**2) / self.modulus
 
 
-def grip(cam: RollerCam | FlatFacedCam, phi: np.ndarray) -> np.ndarray:
-    """Work of a unit of contact force on the follower for a unit of its law (N,): m on a lever, a number on a rod or a face.
-
-    Negative where the contact drives the follower against the sense of its law.
-    """
-    if isinstance(cam, FlatFacedCam):
-        return np.ones(len(phi))
-    normal = cam.normal(phi) * np.exp(1j * (-1 if cam.clockwise else 1) * phi)
-    return np.asarray((-1 if cam.outer else 1) * (normal.conj() * cam.follower.rate(cam.law(phi))).real)
-
-
-def contact_forces(cam: RollerCam | FlatFacedCam, load: FollowerLoad, speed: Speed, phi: np.ndarray) -> ContactForces:
+def contact_forces(cam: Cam, load: FollowerLoad, speed: Speed, phi: np.ndarray) -> ContactForces:
     """The forces at cam angles phi (N,), of a follower that moves by its law.
 
     speed: of the camshaft in rad/s: a number; or samples (M,), evenly spaced over a turn of the cam from phi = 0; or a function
@@ -140,7 +128,7 @@ def contact_forces(cam: RollerCam | FlatFacedCam, load: FollowerLoad, speed: Spe
     minima, least = valleys(presses)
     return ContactForces(
         phi,
-        pressing / np.abs(grip(cam, phi)),
+        pressing / np.abs(cam.grip(phi)),
         sense * pressing,
         sense * pressing * cam.law(phi, 1),
         arcs_below_zero(presses, minima),
@@ -172,8 +160,8 @@ def conjugate_forces(
         return np.asarray(preload - (1 - share) * sense * inertial(at))
 
     need, first, second = sense * inertial(phi), on_cam(phi), on_counter(phi)
-    driving = np.where(first < 0, 0.0, np.where(second < 0, need, first)) / np.abs(grip(cam, phi))
-    returning = np.where(second < 0, 0.0, np.where(first < 0, -need, second)) / np.abs(grip(counter, phi))
+    driving = np.where(first < 0, 0.0, np.where(second < 0, need, first)) / np.abs(cam.grip(phi))
+    returning = np.where(second < 0, 0.0, np.where(first < 0, -need, second)) / np.abs(counter.grip(phi))
     torque = inertial(phi) * cam.law(phi, 1)
     (at, least), (counter_at, counter_least) = valleys(on_cam), valleys(on_counter)
     off, counter_off = arcs_below_zero(on_cam, at), arcs_below_zero(on_counter, counter_at)
@@ -181,7 +169,7 @@ def conjugate_forces(
     return ConjugateForces(phi, driving, returning, torque, off, counter_off, max(needed, 0.0))
 
 
-def _inertial(cam: RollerCam | FlatFacedCam, load: FollowerLoad, speed: Speed) -> RealFunction:
+def _inertial(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction:
     """The effort in the sense of the law that moves the follower against all but the preload."""
     law, omega = cam.law, _speed(speed)
 
@@ -216,9 +204,9 @@ def _sampled(values: np.ndarray) -> Harmonics:
     return Harmonics.sampled(values)
 
 
-def _sense(cam: RollerCam | FlatFacedCam) -> int:
+def _sense(cam: Cam) -> int:
     """In which sense of the law the contact drives the follower."""
-    grips = grip(cam, GRID)
+    grips = cam.grip(GRID)
     sense = 1 if grips[0] > 0 else -1
     k = int(np.argmin(sense * grips))
     if sense * grips[k] <= _DEAD * np.abs(grips).max():
@@ -249,18 +237,13 @@ def hertz_pressure(
 
 
 def contact_pressure(
-    cam: RollerCam | FlatFacedCam, force: np.ndarray, phi: np.ndarray, width: float, materials: tuple[Material, Material]
+    cam: Cam, force: np.ndarray, phi: np.ndarray, width: float, materials: tuple[Material, Material]
 ) -> np.ndarray:
     """The Hertzian pressure in Pa (N,) of contact forces (N,) at cam angles phi (N,); see ``hertz_pressure``.
 
     width: of the contact in m. materials: of cam and roller (or face). Raises ``InputError`` as that does, and as
-    ``check_roller`` and ``check_face`` do where the contour is undercut at these angles: there is none.
+    ``Cam.check`` does where the contour is undercut at these angles: there is none.
     """
-    if isinstance(cam, FlatFacedCam):
-        if (cam.radius(phi) <= 0).any():
-            check_face(cam)
-        return hertz_pressure(force, width, cam.curvature(phi), 0.0, materials)
     if (cam.undercut(phi) <= 0).any():
-        check_roller(cam)
-    curvature = -cam.curvature(phi) if cam.outer else cam.curvature(phi)
-    return hertz_pressure(force, width, curvature, 1 / cam.follower.roller_radius, materials)
+        cam.check()
+    return hertz_pressure(force, width, cam.material * cam.curvature(phi), cam.mating_curvature, materials)

@@ -1,4 +1,4 @@
-"""What is demanded of numbers: a sentence for each that will not do."""
+"""What is demanded of numbers: a sentence for each that will not do, and how it writes them."""
 
 from __future__ import annotations
 
@@ -48,3 +48,13 @@ def finite(where: str, values: np.ndarray) -> np.ndarray:
     if not np.isfinite(values).all():
         raise InputError(where, None, "it gives values that are no numbers (NaN or infinite)")
     return values
+
+
+def degrees(angle: float) -> str:
+    """An angle in rad, for the user."""
+    return f"{math.degrees(angle):.6g} deg"
+
+
+def millimetres(length: float) -> str:
+    """A length in m, for the user."""
+    return f"{1e3 * length:.6g} mm"

@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.conjugate import conjugate_cams
+from wucht.cams.cam import Cam
+from wucht.cams.followers.follower import Follower
 from wucht.cams.laws.law import Law
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
-from wucht.cams.tables.follower import FOLLOWERS, FlatFacedTable, FollowerTable, OscillatingRollerTable, TranslatingRollerTable
-from wucht.cams.tables.kinds_of_law import LAWS
-from wucht.cams.tables.linkage import LINKAGES, LinkageTable
+from wucht.cams.tables.linkage import LinkageTable
 from wucht.cams.tables.motion_law import LawTable, MotionLaw
-from wucht.cams.tables.output import UNITS, unit_of_output
+from wucht.cams.tables.output import unit_of_output
 from wucht.cams.tables.speed import SpeedTable
 from wucht.checking import checked, choice, table
 from wucht.errors import InputError
 from wucht.files.documents import contents_of
-from wucht.files.tables import read_table
+from wucht.kinds import kinds_of
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.harmonics import Harmonics
-from wucht.quantities import Unit
 
-_CAM_ANGLE = Unit("rad", "cam angle")
+GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")
 
 
@@ -39,7 +35,7 @@ class CamDrive:
     """law: of the output over the cam angle of a shaft that turns evenly. folder: in which files of records are looked for."""
 
     law: LawTable
-    follower: FollowerTable | None = None
+    follower: Follower | None = None
     linkage: LinkageTable | None = None
     speed: SpeedTable | None = None
     shaft: ShaftTable | None = None
@@ -48,7 +44,8 @@ class CamDrive:
 
     def __post_init__(self) -> None:
         if self.linkage is not None and self.follower is not None and self.follower.unit != "rad":
-            raise InputError("linkage", None, "a linkage is moved by a lever: follower.kind must be 'oscillating-roller'")
+            levers = " or ".join(repr(kind) for kind, follower in followers().items() if follower.unit == "rad")
+            raise InputError("linkage", None, f"a linkage is moved by a lever: follower.kind must be {levers}")
 
     @cached_property
     def motion(self) -> MotionLaw:
@@ -66,21 +63,14 @@ class CamDrive:
         """The follower's law for a law of the output. Raises ``InputError`` where the linkage cannot make it."""
         return output if self.closure is None else LeverMotion(output, self.closure)
 
-    def cams(self, output: Law) -> dict[str, RollerCam | FlatFacedCam]:
+    def cams(self, output: Law) -> dict[str, Cam]:
         """The cams, by name, for a law of the output: ``cam``, with a counter cam ``counter``, in a groove ``outer``.
 
         Raises ``InputError`` where there is no follower, or the lever would lose its cams.
         """
-        follower, law = self.follower, self.lever(output)
-        if isinstance(follower, FlatFacedTable):
-            return {"cam": FlatFacedCam(law, follower.follower(), follower.clockwise)}
-        if not isinstance(follower, OscillatingRollerTable | TranslatingRollerTable):
+        if self.follower is None:
             raise InputError("follower", None, "the table [follower] is missing")
-        cam = RollerCam(law, follower.follower(), follower.clockwise)
-        if isinstance(follower, OscillatingRollerTable) and (counter := follower.counter_follower()) is not None:
-            pair = conjugate_cams(law, follower.follower(), counter, follower.clockwise)
-            return {"cam": pair.cam, "counter": pair.counter}
-        return {"cam": cam, "outer": replace(cam, outer=True)} if follower.groove else {"cam": cam}
+        return self.follower.cams(self.lever(output))
 
     @cached_property
     def measured(self) -> OrderFit | None:
@@ -126,12 +116,27 @@ class CamDrive:
         return contents_of(self.folder / name)
 
 
+def laws() -> dict[str, type[LawTable]]:
+    """The kinds of laws by name, here or in the user's own code."""
+    return kinds_of(LawTable, GROUP)
+
+
+def followers() -> dict[str, type[Follower]]:
+    """The kinds of followers by name."""
+    return kinds_of(Follower, GROUP)
+
+
+def linkages() -> dict[str, type[LinkageTable]]:
+    """The kinds of linkages by name."""
+    return kinds_of(LinkageTable, GROUP)
+
+
 def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:
     """The drive that the tables of a cam file describe. Raises ``InputError``: which key, what was given, what is allowed."""
     tables = {name: dict(table(dict(document), name, name)) for name in TABLES if name in document}
     if "law" not in tables:
         raise InputError("law", None, "the table [law] is missing: the motion that the output is to make")
-    kinds: Mapping[str, Mapping[str, type[Any]]] = {"law": LAWS, "follower": FOLLOWERS, "linkage": LINKAGES}
+    kinds: Mapping[str, Mapping[str, type[Any]]] = {"law": laws(), "follower": followers(), "linkage": linkages()}
     built: dict[str, Any] = {}
     for name in reversed(TABLES):  # the law last: the others say whether its output turns or slides
         given = tables.get(name)
@@ -143,32 +148,6 @@ def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDriv
             del given["kind"]
         if name == "law":
             told = built.get("linkage") or built.get("follower")
-            given = _with_points(given, folder, told.unit if told is not None else None)
+            given = cls.completed(given, folder, told.unit if told is not None else None)
         built[name] = checked(cls, given, name)
     return CamDrive(**built, title=title, folder=folder)
-
-
-def _with_points(given: dict[str, Any], folder: Path, unit: str | None) -> dict[str, Any]:
-    """A table [law] with the points of its file. Raises ``InputError``."""
-    if "file" not in given:
-        return given
-    name = given["file"]
-    if not isinstance(name, str) or not name.strip() or "\0" in name:
-        raise InputError("law.file", name, "must be the name of a file")
-    if "points" in given:
-        raise InputError("law.file", name, "give either file or points")
-    failed = list[str]()
-    for known in [unit] if unit is not None else UNITS:
-        try:
-            points = read_table(folder / name, (_CAM_ANGLE, UNITS[known]))
-        except InputError as error:
-            failed.append(error.allowed)
-        else:
-            return {**{k: v for k, v in given.items() if k != "file"}, "points": points, "unit": known}
-    raise InputError("law.file", name, max(failed, key=_line))  # with the other unit it fails at the heading
-
-
-def _line(sentence: str) -> int:
-    """The line of a file that a sentence names."""
-    found = re.match(r"line (\d+):", sentence)
-    return int(found[1]) if found else 0

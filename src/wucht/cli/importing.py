@@ -1,4 +1,4 @@
-"""``--import``: parts and studies of a file that is not installed."""
+"""``--import``: parts, kinds of cams and studies of a file that is not installed."""
 
 from __future__ import annotations
 

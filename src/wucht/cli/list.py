@@ -45,15 +45,14 @@ def list_all(
 
 def kinds() -> dict[str, Mapping[str, type]]:
     """All that a file can name, but for studies, by what it is."""
-    from wucht.cams.tables.follower import FOLLOWERS
-    from wucht.cams.tables.kinds_of_law import LAWS
-    from wucht.cams.tables.linkage import LINKAGES
+    from wucht.cams.drive import followers, laws, linkages
     from wucht.machines.models import models
     from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 
     parts: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
     parts["attachments"] = attachments()
-    return parts | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
+    of_cams: dict[str, Mapping[str, type]] = {"laws of cams": laws(), "followers": followers(), "linkages": linkages()}
+    return {**parts, "dimensionless machines": models(), **of_cams}
 
 
 def _first(kinds: Mapping[str, type]) -> dict[str, str]:

@@ -14,9 +14,9 @@ import xarray as xr
 from wucht.cams.workshop.cam_files import Outline
 from wucht.cams.workshop.points import chord_deviation
 from wucht.errors import InputError
-from wucht.studies.cam_contour.permitted_cam import obstacles, smallest_cam
+from wucht.studies.cam_contour.export import drive_of, points_to_mill
+from wucht.studies.cam_contour.prepare import obstacles, smallest_cam
 from wucht.studies.cam_contour.spec import CamContour, Permitted
-from wucht.studies.cam_contour.write_workshop import drive_of, points_to_mill
 from wucht.studies.runner import report, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import wucht
+from wucht.cams.drive import laws
 from wucht.cams.tables.harmonic_law import HarmonicTable
-from wucht.cams.tables.kinds_of_law import LAWS
 from wucht.errors import InputError
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
@@ -46,7 +46,7 @@ def test_from_the_command_line_keys_are_set_by_their_path(tmp_path):
 
 def test_a_standard_law_has_the_largest_values_of_the_cases():
     """cases.md: modified sine 1.7596, 5.5280, 69.466, here over a quarter of a turn."""
-    drive = wucht.CamDrive(LAWS["modified-sine"](stroke="10 mm", rise=("60 deg", "150 deg")))
+    drive = wucht.CamDrive(laws()["modified-sine"](stroke="10 mm", rise=("60 deg", "150 deg")))
     s = wucht.run(wucht.CamLaw(orders=40), drive).wucht.summary
     by = [0.01 / (math.pi / 2) ** k for k in (1, 2, 3)]
     largest = [s["peaks"][name] / b for name, b in zip(("velocity", "acceleration", "jerk"), by, strict=True)]
@@ -66,7 +66,7 @@ def test_a_standard_law_has_the_largest_values_of_the_cases():
 def test_largest_values_do_not_depend_on_the_angles_that_are_shown(points, kind, peaks, jump):
     """Over ten degrees; of a law whose acceleration jumps it is told. Modified sine: cases.md; Ca = 4 pi^2/(pi + 4)."""
     arc = math.radians(10)
-    drive = wucht.CamDrive(LAWS[kind](stroke="8 deg", rise=(0.3, 0.3 + arc)))
+    drive = wucht.CamDrive(laws()[kind](stroke="8 deg", rise=(0.3, 0.3 + arc)))
     result = wucht.run(wucht.CamLaw(points=points), drive)
     s = result.wucht.summary
     by = [math.radians(8) / arc**k for k in (1, 2, 3)]
@@ -81,7 +81,7 @@ def test_largest_values_do_not_depend_on_the_angles_that_are_shown(points, kind,
 
 def test_largest_values_of_a_table_are_between_its_points():
     phi = np.linspace(0, 2 * math.pi, 37)
-    table = LAWS["table"](points=np.column_stack([phi, 1 - np.cos(phi + 0.05)]).tolist(), unit="rad")
+    table = laws()["table"](points=np.column_stack([phi, 1 - np.cos(phi + 0.05)]).tolist(), unit="rad")
     s = wucht.run(wucht.CamLaw(points=16), wucht.CamDrive(table)).wucht.summary
     assert [s["peaks"][name] for name in ("velocity", "acceleration", "jerk")] == pytest.approx([1, 1, 1], rel=1e-3)
     assert s["stroke"] == pytest.approx(2, rel=1e-6)

@@ -11,9 +11,9 @@ from scipy.integrate import quad, solve_ivp
 
 import wucht
 from wucht.cams.correction import CorrectedLaw
+from wucht.cams.drive import laws
 from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
-from wucht.cams.tables.kinds_of_law import LAWS
 from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -145,7 +145,7 @@ def _energy_with_the_corrected_cam(J0, J1, mean):
 @pytest.mark.parametrize(("begin", "output", "told"), [("90 deg", 6.0, False), ("178 deg", 0.01, True)])
 def test_a_speed_whose_orders_have_no_end_is_told(begin, output, told):
     """The acceleration of the simple harmonic law jumps: of a rise in two degrees orders up to 1023 are not enough."""
-    law = LAWS["simple-harmonic"](stroke="24 deg", rise=(begin, "180 deg"))
+    law = laws()["simple-harmonic"](stroke="24 deg", rise=(begin, "180 deg"))
     result = wucht.run(wucht.CamPrediction(**BRIEF), drive(law, output_inertia=output, mean_speed=OMEGA))
     assert ("highest orders of the speed" in result.attrs["warnings"]) == told
 
@@ -360,7 +360,7 @@ def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
 def test_where_the_law_rests():
     (arc,) = dwells_of(LAW.motion("rad"))
     assert (arc.begin, arc.end, arc.value) == pytest.approx((-TURN / 3, TURN / 3, 0.0))
-    rests = dwells_of(LAWS["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).motion("m"))
+    rests = dwells_of(laws()["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).motion("m"))
     arcs = sorted((round(math.degrees(d.begin)) % 360, round(math.degrees(d.end)) % 360, d.value) for d in rests)
     assert arcs == [(150, 210, pytest.approx(0.01)), (300, 60, pytest.approx(0.0, abs=1e-12))]
     waves = HarmonicTable(coefficients={"cosine": ["3 deg"]})

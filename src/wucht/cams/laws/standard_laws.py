@@ -106,7 +106,9 @@ def _derivative(polynomials: np.ndarray, order: int) -> np.ndarray:
     return polynomials
 
 
-def _of_polynomials(knots: np.ndarray, polynomials: np.ndarray) -> StandardLaw:
+def of_polynomials(knots: np.ndarray, polynomials: np.ndarray) -> StandardLaw:
+    """The law of pieces between knots (n + 1,) from 0 to 1: polynomials (n, degree + 1) of what lies behind each knot, the
+    constant first."""
     none = np.zeros(len(polynomials))
     return StandardLaw(knots, polynomials, none, none, none)
 
@@ -146,8 +148,8 @@ def sine_constant_cosine(b: float, c: float, d: float) -> StandardLaw:
 
 _WHOLE = np.array([0.0, 1.0])
 STANDARD_LAWS = {
-    "3-4-5": _of_polynomials(_WHOLE, np.array([[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]])),
-    "4-5-6-7": _of_polynomials(_WHOLE, np.array([[0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0]])),
+    "3-4-5": of_polynomials(_WHOLE, np.array([[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]])),
+    "4-5-6-7": of_polynomials(_WHOLE, np.array([[0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0]])),
     "inclined-sine": sine_constant_cosine(1 / 2, 0, 1 / 2),
     "modified-sine": sine_constant_cosine(1 / 4, 0, 3 / 4),
     "modified-trapezoid": sine_constant_cosine(1 / 4, 1 / 2, 1 / 4),
@@ -179,7 +181,7 @@ def spline(points: Points = (), degree: int = 5) -> StandardLaw:
     at_rest = [(1, 0.0), (2, 0.0)][: degree // 2]
     pieces = PPoly.from_spline(make_interp_spline(x, s, k=degree, bc_type=(at_rest, at_rest)))
     real = np.diff(pieces.x) > 0  # knots are repeated at the ends
-    return _of_polynomials(x, pieces.c[::-1, real].T)
+    return of_polynomials(x, pieces.c[::-1, real].T)
 
 
 def _with_ends(points: Points) -> tuple[np.ndarray, np.ndarray]:

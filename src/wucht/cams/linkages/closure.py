@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from wucht.cams.demands import degrees
 from wucht.cams.derivatives import at_constant_distance
 from wucht.errors import InputError
 
@@ -184,16 +185,6 @@ def check_parameters(lengths: dict[str, float], angle: float, branch: int) -> No
         raise InputError("linkage.angle", angle, "must be a finite angle")
     if branch not in (-1, +1):
         raise InputError("linkage.branch", branch, "must be +1 (open) or -1 (crossed)")
-
-
-def degrees(angle: float) -> str:
-    """An angle in rad, for the user."""
-    return f"{math.degrees(angle):.6g} deg"
-
-
-def millimetres(length: float) -> str:
-    """A length in m, for the user."""
-    return f"{1e3 * length:.6g} mm"
 
 
 def _around(value: float, dead: Iterable[float], period: float) -> Limits:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.linkages.closure import Linkage, check_parameters, corner, degrees, millimetres
+from wucht.cams.demands import degrees, millimetres
+from wucht.cams.linkages.closure import Linkage, check_parameters, corner
 from wucht.errors import InputError
 
 _ROUNDING = 1e-12

@@ -25,10 +25,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
-from wucht.cams.followers import OscillatingRoller, TranslatingRoller
+from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws.law import Law
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.errors import InputError, RunError
@@ -41,13 +42,46 @@ _BETWEEN = 0.01  # of the largest value of a function: so much lower it may be b
 _MOST_EXCHANGES = 60
 
 
+class Guide(Protocol):
+    """A follower with its pivot or its rod in the origin, or where it is to be."""
+
+    @property
+    def roller_radius(self) -> float:
+        """In m."""
+        ...
+
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """The centre of the roller where the law has a value."""
+        ...
+
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """The derivative of that by the value of the law."""
+        ...
+
+    def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """The derivative of an order from 0 to 3 of the centre of the roller by the cam angle."""
+        ...
+
+    def swing(self, low: float, high: float) -> float:
+        """By how much it turns between two values of its law, in rad."""
+        ...
+
+    def distance_from(self, centre: complex) -> float:
+        """The key ``distance`` that it would have with a cam about this centre, infinite where it has none."""
+        ...
+
+    def seen_from(self, centre: complex) -> RollerFollower:
+        """Turned and moved so that the centre of its cam is 0 and its pivot on +x, or the rod along +x."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """guide: the follower with its pivot or rod in the origin. inward: the sense of the law in which the roller comes in.
     tangents: of the pressure angles that are permitted as it goes out and as it comes in."""
 
     law: Law
-    guide: OscillatingRoller | TranslatingRoller
+    guide: Guide
     clockwise: bool
     inward: int
     tangents: tuple[float, float]
@@ -93,7 +127,7 @@ class Layout:
     @property
     def swing(self) -> float:
         """By how much the axes of the cones turn, in rad."""
-        return self.range[1] - self.range[0] if isinstance(self.guide, OscillatingRoller) else 0.0
+        return self.guide.swing(*self.range)
 
     def half_planes(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normals a and bounds b (2 N,): Re(O a*) <= b, the normals of modulus 1."""

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, WayOut, synthesise, ways_out
-from wucht.cams.tables.motion_law import LawTable, MotionLaw
+from wucht.cams.tables.motion_law import LawTable, SeriesMotion
 from wucht.cams.tables.output import Position, read_output
 from wucht.errors import InputError, RunError
 from wucht.fields import Described, si
@@ -128,7 +128,7 @@ class HarmonicTable(LawTable):
             yield from restriction.quantities(f"law.restrictions[{i}]")
         yield from ((f"law.caps[{i}].amplitude", cap.amplitude) for i, cap in enumerate(self.caps))
 
-    def motion(self, unit: str) -> MotionLaw:
+    def motion(self, unit: str) -> SeriesMotion:
         """See ``LawTable``."""
         if self.coefficients is not None:
             if self.restrictions or self.caps or self.resonance:
@@ -139,10 +139,10 @@ class HarmonicTable(LawTable):
             if not cosine and not sine:
                 raise InputError("law.coefficients", None, "needed are cosine or sine coefficients, the first harmonic first")
             law = Harmonics.of(read["law.coefficients.mean"], cosine, sine)
-            return MotionLaw(law, unit, law.count)
+            return SeriesMotion(law, unit, law.count)
         return self._synthesised(unit)
 
-    def _synthesised(self, unit: str) -> MotionLaw:
+    def _synthesised(self, unit: str) -> SeriesMotion:
         if not self.restrictions:
             raise InputError("law.restrictions", None, "needed are [[law.restrictions]], or coefficients")
         if self.harmonics is None:
@@ -158,7 +158,7 @@ class HarmonicTable(LawTable):
                 allowed = "the flattest dwell needs a restriction on an arc that says equals, without a tolerance"
                 raise InputError("law.objective", self.objective, allowed)
             found = _found(count, asked, [], self._weights(count), unit)
-        return MotionLaw(found.law, unit, count, asked)
+        return SeriesMotion(found.law, unit, count, asked)
 
     def _weights(self, count: int) -> np.ndarray | None:
         """Of the harmonics in what is minimised."""

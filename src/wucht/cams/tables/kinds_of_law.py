@@ -1,40 +1,60 @@
-"""The table [law] of all kinds: what its key ``kind`` may say."""
+"""The table [law] of standard laws, which rise, rest and return, and of a motion by points."""
 
 from __future__ import annotations
 
+import re
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import ClassVar, Literal
+from pathlib import Path
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.standard_laws import standard_law
+from wucht.cams.laws.standard_laws import StandardLaw, standard_law
 from wucht.cams.laws.table_law import TableLaw
-from wucht.cams.tables.harmonic_law import HarmonicTable
-from wucht.cams.tables.motion_law import LawTable, MotionLaw
-from wucht.cams.tables.output import Position, read_output
+from wucht.cams.tables.motion_law import LawTable, MotionLaw, RiseMotion
+from wucht.cams.tables.output import UNITS, Position, read_output
+from wucht.errors import InputError
 from wucht.fields import si
+from wucht.files.tables import read_table
+from wucht.quantities import Unit
+
+_CAM_ANGLE = Unit("rad", "cam angle")
 
 
 class RiseTable(LawTable):
-    """A standard law: it rises by a stroke, rests, and returns."""
+    """A law that rises by a stroke, rests, and returns."""
 
     stroke: Position = Field(description="stroke")
     rise: tuple[float, float] = si("rad", "arc of the cam angle")
     back: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, alias="return")
-    points: tuple[tuple[float, float], ...] = Field((), description="points of a spline: shares of the rise and of the stroke")
 
-    standard: ClassVar[str] = ""
+    @abstractmethod
+    def rise_law(self) -> StandardLaw:
+        """How it rises, from 0 to 1 over an arc of 1. Raises ``InputError``."""
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
         yield "law.stroke", self.stroke
 
-    def motion(self, unit: str) -> MotionLaw:
+    def motion(self, unit: str) -> RiseMotion:
         """See ``LawTable``."""
         stroke = read_output(unit, self.stroke, "law.stroke")
-        return MotionLaw(RiseAndReturn(standard_law(self.standard, self.points), stroke, self.rise, self.back), unit)
+        return RiseMotion(RiseAndReturn(self.rise_law(), stroke, self.rise, self.back), unit)
+
+
+class StandardTable(RiseTable):
+    """A standard law by its name."""
+
+    points: tuple[tuple[float, float], ...] = Field((), description="points of a spline: shares of the rise and of the stroke")
+
+    standard: ClassVar[str] = ""
+
+    def rise_law(self) -> StandardLaw:
+        """See ``RiseTable``."""
+        return standard_law(self.standard, self.points)
 
 
 class PointsTable(LawTable):
@@ -49,6 +69,26 @@ class PointsTable(LawTable):
     degree: Literal[3, 5] = 5
     unit: Literal["rad", "m"] = "rad"
 
+    @classmethod
+    def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
+        """See ``LawTable``: the points of its file."""
+        if "file" not in given:
+            return given
+        name = given["file"]
+        if not isinstance(name, str) or not name.strip() or "\0" in name:
+            raise InputError("law.file", name, "must be the name of a file")
+        if "points" in given:
+            raise InputError("law.file", name, "give either file or points")
+        failed = list[str]()
+        for known in [unit] if unit is not None else UNITS:
+            try:
+                points = read_table(folder / name, (_CAM_ANGLE, UNITS[known]))
+            except InputError as error:
+                failed.append(error.allowed)
+            else:
+                return {**{k: v for k, v in given.items() if k != "file"}, "points": points, "unit": known}
+        raise InputError("law.file", name, max(failed, key=_line))  # with the other unit it fails at the heading
+
     @property
     def stated_unit(self) -> str | None:
         """See ``LawTable``."""
@@ -60,12 +100,18 @@ class PointsTable(LawTable):
         return MotionLaw(TableLaw(angles, outputs, self.degree), unit)
 
 
+def _line(sentence: str) -> int:
+    """The line of a file that a sentence names."""
+    found = re.match(r"line (\d+):", sentence)
+    return int(found[1]) if found else 0
+
+
 def _standard(kind: str, name: str, what: str) -> type[LawTable]:
     """The table of a standard law: its kind in a file, its name there, and what it is."""
-    return type(f"{kind} law", (RiseTable,), {"kind": kind, "standard": name, "__doc__": f"Rise, rest and return: {what}."})
+    return type(f"{kind} law", (StandardTable,), {"kind": kind, "standard": name, "__doc__": f"Rise, rest and return: {what}."})
 
 
-_STANDARD: list[type[LawTable]] = [  # in a file "harmonic" is the series; the simple harmonic law of the textbooks is named so
+STANDARD: list[type[LawTable]] = [  # in a file "harmonic" is the series; the simple harmonic law of the textbooks is named so
     _standard("3-4-5", "3-4-5", "a polynomial whose acceleration begins at zero"),
     _standard("4-5-6-7", "4-5-6-7", "a polynomial whose jerk begins at zero"),
     _standard("inclined-sine", "inclined-sine", "a sine on a straight line (cycloidal)"),
@@ -75,5 +121,3 @@ _STANDARD: list[type[LawTable]] = [  # in a file "harmonic" is the series; the s
     _standard("cubic-spline", "cubic-spline", "a spline through points"),
     _standard("quintic-spline", "quintic-spline", "a smoother spline through points"),
 ]
-_ALL: list[type[LawTable]] = [HarmonicTable, PointsTable, *_STANDARD]
-LAWS: Mapping[str, type[LawTable]] = {t.kind: t for t in _ALL}

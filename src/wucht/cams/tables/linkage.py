@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -63,6 +62,3 @@ class SliderCrankTable(LinkageTable):
     def linkage(self) -> Linkage:
         """See ``LinkageTable``."""
         return SliderCrank(self.crank, self.rod, self.angle, self.offset, _SIGN[self.branch])
-
-
-LINKAGES: Mapping[str, type[LinkageTable]] = {t.kind: t for t in (FourBarTable, SliderCrankTable)}

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from wucht.cams.laws.law import Law
-from wucht.cams.laws.synthesis import Band, Restriction
+from wucht.cams.laws.rise_and_return import RiseAndReturn
+from wucht.cams.laws.synthesis import Band, Restriction, extremes
 from wucht.fields import Described
-from wucht.numerics.harmonics import even_angles
+from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.valleys import valleys
 
 _NARROW, _LOOKED_AT = 0.1, 3600  # share of the stroke; cam angles at which that is looked for
+_SAMPLES = 4096  # of a law that has no end of harmonics
+_FINE = 2000  # of an arc, on which the values of such a law are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +39,98 @@ class MotionLaw:
         arcs = [r for r in self.restrictions if isinstance(r, Band) and r.order == 0 and r.end > r.begin]
         return tuple(band for band in arcs if band.high - band.low <= narrow)
 
+    @property
+    def series(self) -> Harmonics | None:
+        """The law where it is a series of harmonics, None where it has no end of them."""
+        return None
 
-class LawTable(Described):
-    """A law of some kind."""
+    @property
+    def jump(self) -> float:
+        """The largest jump of the acceleration by the cam angle, in the unit of the output."""
+        return 0.0
+
+    @property
+    def rise(self) -> np.ndarray | None:
+        """The largest velocity, acceleration and jerk (3,) of a rise of 1 over an arc of 1: Cv, Ca, Cj; None of other laws."""
+        return None
+
+    def harmonics(self) -> Harmonics:
+        """The law as a series, of a law that has no end of them as many as can be told."""
+        return self.series or Harmonics.sampled(self.law(even_angles(_SAMPLES)))
+
+    def bounds(self, order: int) -> tuple[float, float]:
+        """The least and the greatest value of a derivative, between the angles that are looked at too."""
+        lowest, highest = valleys(lambda phi: self.law(phi, order))[1], valleys(lambda phi: -self.law(phi, order))[1]
+        return float(lowest.min()), float(-highest.min())
+
+    def peak(self, order: int) -> float:
+        """The largest magnitude of a derivative of an order from 1 to 3."""
+        least, greatest = self.bounds(order)
+        return max(-least, greatest)
+
+    def extremes(self, band: Band) -> tuple[float, float]:
+        """The least and the greatest value of what a restriction is about, on its arc."""
+        at = np.linspace(band.begin, band.end, _FINE if band.end > band.begin else 1)
+        values = self.law(at, band.order)
+        return float(values.min()), float(values.max())
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesMotion(MotionLaw):
+    """A motion of finitely many harmonics."""
+
+    law: Harmonics
+
+    @property
+    def series(self) -> Harmonics:
+        """See ``MotionLaw``."""
+        return self.law
+
+    def bounds(self, order: int) -> tuple[float, float]:
+        """See ``MotionLaw``."""
+        return self.law.derivative(order).bounds
+
+    def extremes(self, band: Band) -> tuple[float, float]:
+        """See ``MotionLaw``."""
+        return extremes(band, self.law)
+
+
+@dataclass(frozen=True, eq=False)
+class RiseMotion(MotionLaw):
+    """A motion that rises, rests and returns."""
+
+    law: RiseAndReturn
+
+    @property
+    def jump(self) -> float:
+        """See ``MotionLaw``."""
+        return self.law.jump
+
+    @property
+    def rise(self) -> np.ndarray:
+        """See ``MotionLaw``."""
+        return np.array([self.law.law.Cv, self.law.law.Ca, self.law.law.Cj])
+
+    def peak(self, order: int) -> float:
+        """See ``MotionLaw``: exactly."""
+        return self.law.largest(order)
+
+
+class LawTable(Described, ABC):
+    """A law of some kind: the table [law]."""
 
     @classmethod
     def where(cls) -> str:
         """In a file."""
         return "law"
+
+    @classmethod
+    def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
+        """The keys of a file with what they name in a folder. unit: of the output, None where only the table can say it.
+
+        Raises ``InputError``.
+        """
+        return given
 
     @property
     def stated_unit(self) -> str | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.cam import Cam
 from wucht.cams.laws.law import Law
 from wucht.cams.milled import MilledCam
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
@@ -63,7 +63,7 @@ class WorkshopFile:
 def write_cam_files(
     folder: Path,
     name: str,
-    cam: RollerCam | FlatFacedCam,
+    cam: Cam,
     points: PointList,
     tolerance: float,
     decimals: int,
@@ -81,14 +81,14 @@ def write_cam_files(
     """
     contour = Outline(cam.contour)
     listed = [_list(folder / f"{name}.txt", f"contour of the {name}", contour, points, tolerance, decimals, separator, cam)]
-    pitch = None
-    if isinstance(cam, RollerCam) and not cam.outer:
-        pitch = Outline(cam.pitch)
+    # Of an edge, a roller of the radius 0, the pitch curve is the contour.
+    pitch = None if cam.outer or not cam.roller_radius or cam.pitch_curve is None else Outline(cam.pitch_curve)
+    if pitch is not None and cam.roller_radius is not None:
         on_pitch = chord_points(pitch, tolerance, spacing)
-        what = f"pitch curve of the {name}, roller radius {1e3 * cam.follower.roller_radius:.12g} mm"
+        what = f"pitch curve of the {name}, roller radius {1e3 * cam.roller_radius:.12g} mm"
         listed.append(_list(folder / f"{name}-pitch.txt", what, pitch, on_pitch, tolerance, decimals, separator, None))
     if drawing or (drawing is None and find_spec("ezdxf") is not None):
-        roller = cam.follower.roller_radius if isinstance(cam, RollerCam) and pitch is not None else None
+        roller = cam.roller_radius if pitch is not None else None
         base = float(valleys(lambda phi: np.abs(cam.contour(phi)))[1].min())
         path = folder / f"{name}.dxf"
         write_dxf(path, contour, tolerance, pitch, base, roller)
@@ -106,7 +106,7 @@ def _list(
     tolerance: float,
     decimals: int,
     separator: Separator,
-    cam: RollerCam | FlatFacedCam | None,
+    cam: Cam | None,
 ) -> WorkshopFile:
     write_list(path, points, what, COLUMNS, separator, decimals, tolerance)
     read = read_list(path)
@@ -118,7 +118,7 @@ def _list(
     return _kept(WorkshopFile(path, what, len(read.position), deviation, tolerance + rounded, motion=motion))
 
 
-def _motion(cam: RollerCam | FlatFacedCam, position: np.ndarray) -> float:
+def _motion(cam: Cam, position: np.ndarray) -> float:
     """By how much a follower on a spline through the points leaves the law; infinite where it does not touch it nearby."""
     phi = even_angles(_ANGLES)
     wanted = cam.law(phi)

@@ -9,15 +9,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import cache
-from importlib import import_module
-from importlib.metadata import entry_points
-from pkgutil import iter_modules
 from typing import Any, get_args
 
 from wucht.checking import models_in
-from wucht.errors import InputError, WuchtError, nearest
+from wucht.errors import nearest
+from wucht.kinds import classes_of, kinds_of
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
@@ -25,38 +21,9 @@ from wucht.machines.parts.support import Support
 GROUP = "wucht.parts"
 
 
-@cache
-def _load() -> None:
-    """Import what the entry points name: a module with parts, or a package of such modules. Raises ``WuchtError``."""
-    for entry in entry_points(group=GROUP):
-        try:
-            for inner in iter_modules(getattr(import_module(entry.value), "__path__", ())):
-                import_module(f"{entry.value}.{inner.name}")
-        except ImportError as error:
-            raise WuchtError(f"the parts {entry.name!r} ({entry.value}) cannot be loaded: {error}") from error
-
-
-def _kinds(family: Any) -> Iterator[type[Any]]:
-    """Every class of a family that has a ``kind``, here or in the user's own code."""
-    _load()
-    pending: list[Any] = [family]
-    while pending:
-        cls = pending.pop()
-        pending += cls.__subclasses__()
-        if "kind" in vars(cls) and cls.kind:
-            yield cls
-
-
 def known(family: Any) -> dict[str, type[Any]]:
-    """All kinds of a family by name. Raises ``InputError`` where two classes have the same."""
-    kinds: dict[str, type[Any]] = {}
-    for cls in _kinds(family):
-        other = kinds.setdefault(cls.kind, cls)
-        if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
-            mine, theirs = sorted((cls, other), key=lambda c: c.__module__.startswith("wucht."))
-            taken = f"not allowed: {theirs.__module__} has a part of this kind; give yours another one"
-            raise InputError(f"kind of {mine.__module__}.{mine.__name__}", cls.kind, taken)
-    return dict(sorted(kinds.items()))
+    """All kinds of a family by name, here or in the user's own code. Raises ``InputError`` where two have one name."""
+    return kinds_of(family, GROUP)
 
 
 def carriers() -> dict[str, type[Support]]:
@@ -87,7 +54,7 @@ def attachments() -> dict[str, type[Attachment]]:
 
 def _classes() -> dict[str, type[Any]]:
     """Parts of every kind, and the tables inside them (``Mount``, ``Release``), by the name of their class."""
-    parts = list(_kinds(Part))
+    parts = list(classes_of(Part, GROUP))
     tables = [table for cls in parts for field in cls.model_fields.values() for table in models_in(field.annotation)]
     return {cls.__name__: cls for cls in (*tables, *parts)}
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.conjugate import ConjugateCams
+from wucht.cams.cam import Cam
 from wucht.cams.contact import FollowerLoad, Material, Speed, conjugate_forces, contact_forces, contact_pressure
 from wucht.cams.drive import CamDrive
+from wucht.cams.followers.roller_cam import ConjugateCams
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.checking import read_quantity
 from wucht.errors import InputError
 from wucht.numerics.valleys import GRID, Arc
 from wucht.quantities import Unit
-from wucht.studies.cam_contour.shapes import AnyCam
 from wucht.studies.cam_contour.spec import CamContour, Contact
 
 _UNITS = {
@@ -131,27 +131,30 @@ def _materials(asked: Contact) -> tuple[Material, Material]:
     return Material(asked.modulus, asked.poisson), Material(roller_modulus, roller_poisson)
 
 
-def pressed(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> Pressed:
+def pressed(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> Pressed:
     """At cam angles (N,). Raises ``InputError`` (study.contact.preload, follower)."""
     forces = _of_pair(contact, cams, phi) or _of_groove(contact, cams, phi) or _of_one(contact, cams, phi)
     force, torque, off, least_preload = forces
     pressure = dict[str, np.ndarray]()
     if contact.width is not None:
         for name, cam in cams.items():
-            pressure[name] = contact_pressure(cam, force[name], phi, contact.width, contact.materials)
+            try:
+                pressure[name] = contact_pressure(cam, force[name], phi, contact.width, contact.materials)
+            except InputError as error:
+                raise error.within("study.contact") if error.where == "width" else error from None
     return Pressed(phi, force, pressure, torque, off, least_preload)
 
 
 _Forces = tuple[dict[str, np.ndarray], np.ndarray, dict[str, tuple[Arc, ...]], float]
 
 
-def _of_one(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces:
+def _of_one(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces:
     found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
     torque = np.where(found.force > 0, found.torque, 0.0)
     return {"cam": np.maximum(found.force, 0.0)}, torque, {"cam": found.lift_off}, found.least_preload
 
 
-def _of_groove(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces | None:
+def _of_groove(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
     """What the inner flank cannot do, being only able to press, the outer one does."""
     if "outer" not in cams:
         return None
@@ -170,7 +173,7 @@ def _between(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
     return tuple((float(begin), float(end)) for begin, end in gaps if end > begin)
 
 
-def _of_pair(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces | None:
+def _of_pair(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
     if "counter" not in cams:
         return None
     pair = ConjugateCams(cams["cam"], cams["counter"])  # type: ignore[arg-type]  # a counter cam has a roller, and its cam too
@@ -182,6 +185,6 @@ def _of_pair(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) 
     return force, found.torque, {"cam": found.cam_off, "counter": found.counter_off}, found.least_preload
 
 
-def largest_pressed(contact: ContactLoad, cams: Mapping[str, AnyCam]) -> Pressed:
+def largest_pressed(contact: ContactLoad, cams: Mapping[str, Cam]) -> Pressed:
     """The same at angles that are dense enough for the largest values."""
     return pressed(contact, cams, GRID)

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.cams.sizing.smallest_cam import SmallestCam
-from wucht.cams.tables.follower import FlatFacedTable, OscillatingRollerTable, TranslatingRollerTable
+from wucht.cams.followers.follower import Outline
+from wucht.cams.shape import COMMON, Shape, beyond_common, largest_pressure_angle
 from wucht.numerics.valleys import Arc
 from wucht.results.conventions import Variable, answered, variable
 from wucht.studies.cam_contour.contact_load import Pressed
-from wucht.studies.cam_contour.judgement import COMMON, beyond_common, judged, largest_pressure_angle
-from wucht.studies.cam_contour.permitted_cam import placed
+from wucht.studies.cam_contour.judgement import judged
 from wucht.studies.cam_contour.prepare import Plan
 from wucht.studies.cam_contour.run import Curves, Findings
-from wucht.studies.cam_contour.shapes import Shape
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,23 +129,17 @@ def _to_mill(f: Findings) -> dict[str, Variable]:
 
 def _layout(plan: Plan) -> dict[str, Variable]:
     follower, permitted, spec = plan.drive.follower, plan.spec.permitted, plan.spec
-    lever, rod, flat = (
-        follower if isinstance(follower, kind) else None
-        for kind in (OscillatingRollerTable, TranslatingRollerTable, FlatFacedTable)
-    )
-    radii = [getattr(cam.follower, "roller_radius", math.nan) for cam in plan.cams.values()]
-    touched = -plan.lever(np.linspace(0, 2 * np.pi, 721), 1) * (-1 if flat is not None and flat.clockwise else 1)
+    drawn = Outline() if follower is None else follower.outline(plan.lever)
+    radii = [math.nan if cam.roller_radius is None else cam.roller_radius for cam in plan.cams.values()]
     limits = (permitted.pressure_angle, permitted.least_radius, permitted.contact_pressure) if permitted else (None,) * 3
     return {
         "roller_radius": variable("cam", radii, "radius of the roller", "m"),
         "base_radius": variable("cam", [shape.base.value for shape in plan.shapes.values()], "radius of the base circle", "m"),
-        "pivot": variable("", lever.pivot if isinstance(lever, OscillatingRollerTable) else None, "pivot of the lever, x", "m"),
-        "rod_offset": variable("", rod.offset if isinstance(rod, TranslatingRollerTable) else None, "offset of the rod", "m"),
-        "face_from": variable("", touched.min() if flat else None, "least y at which the face is touched", "m"),
-        "face_to": variable("", touched.max() if flat else None, "greatest y at which the face is touched", "m"),
-        "face_at": variable(
-            "", flat.distance + float(plan.lever(0.0)) if isinstance(flat, FlatFacedTable) else None, "face, x", "m"
-        ),
+        "pivot": variable("", drawn.pivot, "pivot of the lever, x", "m"),
+        "rod_offset": variable("", drawn.rod_offset, "offset of the rod", "m"),
+        "face_from": variable("", drawn.face_from, "least y at which the face is touched", "m"),
+        "face_to": variable("", drawn.face_to, "greatest y at which the face is touched", "m"),
+        "face_at": variable("", drawn.face_at, "face, x", "m"),
         "permitted_pressure_angle": variable("", limits[0], "permitted pressure angle", "rad"),
         "common_pressure_angle": variable("", COMMON[plan.unit], "common pressure angle, at most", "rad"),
         "permitted_radius": variable("", limits[1], "permitted radius of curvature", "m"),
@@ -178,7 +170,7 @@ def _summary(plan: Plan, f: Findings, outcome: str, sentence: str) -> dict[str, 
         "spacing": plan.spec.spacing,
         "decimals": plan.spec.decimals,
         "contact": _contact(plan, f.largest),
-        "smallest": _smallest(plan),
+        "smallest": None if plan.smallest is None else plan.smallest.summary(),
     }
 
 
@@ -230,21 +222,3 @@ def _shaft(plan: Plan) -> dict[str, Any] | None:
         return None
     speed = plan.drive.turning_with_corrected_cam.speed
     return {"mean": speed.mean, "cosine": speed.cosine.tolist(), "sine": speed.sine.tolist()}
-
-
-def _smallest(plan: Plan) -> dict[str, Any] | None:
-    found = plan.smallest
-    if found is None:
-        return None
-    inward, more = 0.0, dict[str, Any]()
-    if isinstance(found, SmallestCam):  # whose radii are those of the pitch curve
-        inward, more = found.follower.roller_radius, {"max_pressure_angle": found.pressure_angle}
-    else:
-        more = {"face": list(found.face)}
-    return {
-        "follower": placed(found),
-        "base_radius": found.base_radius - inward,
-        "largest_radius": found.largest_radius - inward,
-        "min_curvature_radius": found.least_radius if math.isfinite(found.least_radius) else None,
-        **more,
-    }

@@ -1,16 +1,34 @@
-"""The files of a contour for the workshop, a line for each."""
+"""A result -> the files of a contour for the workshop, a line for each."""
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from wucht.cams.workshop.cam_files import WorkshopFile
-from wucht.studies.cam_contour.write_workshop import write_workshop
+import numpy as np
+
+from wucht.cams.correction import CorrectedLaw
+from wucht.cams.drive import CamDrive, drive_from, laws
+from wucht.cams.laws.law import Law
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.workshop.cam_files import WorkshopFile, write_cam_files, write_law_files
+from wucht.cams.workshop.lists import Separator
+from wucht.cams.workshop.plc_files import Form
+from wucht.cams.workshop.points import PointList
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+from wucht.results.conventions import summary_of
+from wucht.results.store import prepare_folder
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_ALIKE = 1e-9  # of the cam's size: so far the points of a result may lie from the contour that is found again
+_OF_STROKE = 1e-5  # the tolerance of cam tables
+_TABLES = ("law", "follower", "linkage")
 
 
 def export(result: xr.Dataset, folder: Path) -> list[str]:
@@ -25,3 +43,68 @@ def _line(file: WorkshopFile) -> str:
 
 def _shown(deviation: float, unit: str) -> str:
     return f"{1e6 * deviation:.2g} um" if unit == "m" else f"{math.degrees(deviation):.1e}°"
+
+
+def write_workshop(
+    result: xr.Dataset,
+    folder: Path,
+    *,
+    forms: Iterable[Form] = (Form.CSV, Form.TWINCAT, Form.CODESYS),
+    separator: Separator = Separator.BLANK,
+    drawing: bool | None = None,
+    table_tolerance: float | None = None,
+    table_decimals: int = 6,
+) -> list[WorkshopFile]:
+    """Write the points to mill of each cam, drawings, and the cam tables of the output's law; read all of them back.
+
+    forms: of the cam tables. separator: in the lists. drawing: whether there are DXF files, None where the extra [cad] is
+    installed. table_tolerance: of the cam tables, in rad or m, 1e-5 of the stroke where it is not given; table_decimals: of
+    their positions in deg or mm. Lists and drawings keep the chord tolerance and the decimals of the study.
+
+    Returns the files, each with how far what was read lies from what it stands for. Raises ``InputError`` where the result has
+    no points to mill, ``RunError`` where a file cannot be written or does not hold what was to be in it.
+    """
+    summary = summary_of(result)
+    if summary["undercut"] or not result.sizes["mill_point"]:
+        raise InputError("result", None, "it has no points to mill: some of the contour is cut away")
+    drive = drive_of(result)
+    law: Law = drive.motion.law
+    if summary["corrected"] is not None:
+        law = CorrectedLaw(law, ShaftMotion(Harmonics.of(**summary["corrected"])))
+    folder = prepare_folder(folder)
+    written: list[WorkshopFile] = []
+    for name, cam in drive.cams(law).items():
+        points = points_to_mill(result, name)
+        if np.abs(cam.contour(points.phi) - points.position).max() > _ALIKE * np.abs(points.position).max():
+            raise InputError("result", None, "its points do not lie on the contour of its drive: run the study again")
+        written += write_cam_files(
+            folder, name, cam, points, summary["chord_tolerance"], summary["decimals"],
+            spacing=summary["spacing"], separator=separator, drawing=drawing,
+        )  # fmt: skip
+    stroke = float(np.ptp(law(np.linspace(0, 2 * np.pi, 4097))))
+    tolerance = _OF_STROKE * stroke if table_tolerance is None else table_tolerance
+    return written + write_law_files(folder, law, drive.motion.unit, tolerance, forms=forms, decimals=table_decimals)
+
+
+def points_to_mill(result: xr.Dataset, cam: str) -> PointList:
+    """Those of one cam of a result. Raises ``InputError``."""
+    names = [str(name) for name in result.cam.values]
+    if cam not in names:
+        raise InputError("cam", cam, f"the result has no such cam; known: {', '.join(names)}")
+    own = result.isel(mill_point=np.flatnonzero(result.mill_cam.values == names.index(cam)))
+    normal = own.mill_normal_x.values + 1j * own.mill_normal_y.values
+    return PointList(own.mill_angle.values, own.mill_x.values + 1j * own.mill_y.values, normal)
+
+
+def drive_of(result: xr.Dataset) -> CamDrive:
+    """The drive that a result tells of, but for its shaft and its speed. Raises ``InputError``."""
+    facts: Mapping[str, Any] = json.loads(result.attrs["input"])["machine"]
+    tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
+    tables["law"] = _as_in_a_file(tables["law"])
+    return drive_from(tables, str(facts["title"]), Path())
+
+
+def _as_in_a_file(law: Mapping[str, Any]) -> dict[str, Any]:
+    """A table [law] with its keys as a file has them."""
+    fields = laws()[law["kind"]].model_fields
+    return {(fields[key].alias or key) if key in fields else key: value for key, value in law.items()}

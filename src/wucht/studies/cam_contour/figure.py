@@ -25,7 +25,7 @@ _NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 def figure(result: xr.Dataset) -> Figure:
     """The cam above; below it two panels a row: radius of curvature, pressure angle, and what else there is to show."""
-    panels = [_radius, _motion if summary_of(result)["follower"] == "flat-faced" else _pressure_angle]
+    panels = [_radius, _motion if np.isfinite(float(result.face_at)) else _pressure_angle]
     if np.isfinite(result.transmission_angle.values).any():
         panels.append(_transmission)
     if (result.contact_force.values > 0).any():

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _COLOUR = {"cam": COLOURS[0], "counter": COLOURS[1], "outer": COLOURS[2]}
 _NAMED = {"cam": "contour", "counter": "contour of the counter cam", "outer": "outer flank"}
 _FOLLOWER = "#000000"
+_EDGE = 0.5  # of the base circle: so long a rod is drawn behind an edge
 
 
 def draw_cam(axis: Axes, result: xr.Dataset) -> None:
@@ -73,7 +74,15 @@ def _roller(axis: Axes, result: xr.Dataset, i: int) -> None:
         axis.plot([pivot, x], [0, y], color=_FOLLOWER, linewidth=2.0, alpha=0.7, label="lever", zorder=4)
         axis.plot([pivot], [0], "o", color=_FOLLOWER, markerfacecolor="white", markersize=7, label="pivot", zorder=6)
     else:
-        axis.plot([x, x + 3 * radius], [y, y], color=_FOLLOWER, linewidth=2.0, alpha=0.7, label="rod", zorder=4)
+        axis.plot(
+            [x, x + (3 * radius or _EDGE * 1e3 * float(result.base_radius[i]))],
+            [y, y],
+            color=_FOLLOWER,
+            linewidth=2.0,
+            alpha=0.7,
+            label="rod",
+            zorder=4,
+        )
 
 
 def _face(axis: Axes, result: xr.Dataset) -> None:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
+from wucht.cams.shape import CALLED, degrees, largest_pressure_angle
 from wucht.numerics.valleys import Arc
 from wucht.studies.cam_contour.prepare import Plan
 from wucht.studies.cam_contour.run import Findings
-from wucht.studies.cam_contour.shapes import Extreme, Shape
 
 _REACHED = 1e-6  # of a limit: beyond it by less is at it, where a smallest cam is
 _MOST_ARCS = 3
-_GUIDES = {"rad": "lever", "m": "rod"}
-COMMON = {"rad": math.radians(45), "m": math.radians(30)}  # pressure angles, at most, of followers that turn or slide
 
 
 def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
@@ -26,23 +23,8 @@ def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
     said = [f"cuttable: {_radius(plan)}"]
     if any(s.pressure_angle.value > 0 for s in plan.shapes.values()):
         angle = largest_pressure_angle(plan.shapes.values())
-        said[0] += f", pressure angle at most {_degrees(angle.value)} at {_degrees(angle.phi)}"
+        said[0] += f", pressure angle at most {degrees(angle.value)} at {degrees(angle.phi)}"
     return ("lifts-off" if off else "cuttable"), "; ".join([*said, *off])
-
-
-def beyond_common(shapes: Iterable[Shape], unit: str) -> list[str]:
-    """A sentence where a pressure angle is larger than is common. unit: of the follower's motion, rad or m."""
-    angle, common = largest_pressure_angle(shapes), COMMON[unit]
-    if angle.value <= common:
-        return []
-    reached = f"the pressure angle reaches {_degrees(angle.value)} at {_degrees(angle.phi)}"
-    finds = "study.permitted finds the smallest cam for it"
-    return [f"{reached}; with a {_GUIDES[unit]} at most {_degrees(common)} is common ({finds})"]
-
-
-def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
-    """Of all cams."""
-    return max((s.pressure_angle for s in shapes), key=lambda extreme: extreme.value)
 
 
 def _radius(plan: Plan) -> str:
@@ -50,14 +32,13 @@ def _radius(plan: Plan) -> str:
     if not convex:
         return "the contour is nowhere convex"
     least = min(convex, key=lambda radius: radius.radius)
-    return f"least convex radius {_millimetres(least.radius)} at {_degrees(least.phi)}"
+    return f"least convex radius {_millimetres(least.radius)} at {degrees(least.phi)}"
 
 
 def _cut(plan: Plan) -> Iterator[str]:
     for name, shape in plan.shapes.items():
         if shape.missing or shape.undercut:
-            what = "the face" if shape.largest_roller is None else "the roller"
-            yield f"{what} cuts the {_called(name)} away {_arcs(shape.missing or shape.undercut)}"
+            yield f"the {shape.part} cuts the {CALLED[name]} away {_arcs(shape.missing or shape.undercut)}"
 
 
 def _broken(plan: Plan, findings: Findings) -> Iterator[str]:
@@ -66,8 +47,8 @@ def _broken(plan: Plan, findings: Findings) -> Iterator[str]:
         return
     angle = largest_pressure_angle(plan.shapes.values())
     if permitted.pressure_angle is not None and angle.value > permitted.pressure_angle * (1 + _REACHED):
-        reached = f"pressure angle {_degrees(angle.value)} at {_degrees(angle.phi)}"
-        yield f"{reached} (permitted {_degrees(permitted.pressure_angle)})"
+        reached = f"pressure angle {degrees(angle.value)} at {degrees(angle.phi)}"
+        yield f"{reached} (permitted {degrees(permitted.pressure_angle)})"
     convex = [s.convex.radius for s in plan.shapes.values() if s.convex is not None]
     if permitted.least_radius is not None and convex and min(convex) < permitted.least_radius * (1 - _REACHED):
         yield f"least radius {_millimetres(min(convex))} (permitted {_millimetres(permitted.least_radius)})"
@@ -86,24 +67,15 @@ def _off(plan: Plan, findings: Findings) -> Iterator[str]:
         return
     for name, arcs in findings.largest.off.items():
         if arcs:
-            what = "face" if plan.shapes[name].largest_roller is None else "roller"
-            of = "" if len(plan.cams) == 1 else f" of the {_called(name)}"
+            of = "" if len(plan.cams) == 1 else f" of the {CALLED[name]}"
             unit = "N m" if plan.unit == "rad" else "N"
-            yield f"the {what}{of} lifts off {_arcs(arcs)} (a preload of {findings.largest.least_preload:.4g} {unit} holds it)"
-
-
-def _called(name: str) -> str:
-    return {"counter": "counter cam", "outer": "outer flank"}.get(name, name)
+            part = plan.shapes[name].part
+            yield f"the {part}{of} lifts off {_arcs(arcs)} (a preload of {findings.largest.least_preload:.4g} {unit} holds it)"
 
 
 def _arcs(arcs: tuple[Arc, ...]) -> str:
-    shown = " and ".join(f"from {_degrees(begin)} to {_degrees(end)}" for begin, end in arcs[:_MOST_ARCS])
+    shown = " and ".join(f"from {degrees(begin)} to {degrees(end)}" for begin, end in arcs[:_MOST_ARCS])
     return shown + (f" and on {len(arcs) - _MOST_ARCS} more arcs" if len(arcs) > _MOST_ARCS else "")
-
-
-def _degrees(angle: float) -> str:
-    turns = math.degrees(angle)
-    return f"{turns if turns <= 360 else turns - 360:.4g}°"
 
 
 def _millimetres(length: float) -> str:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from wucht.cams.cam import Cam
 from wucht.cams.correction import CorrectedLaw
+from wucht.cams.demands import millimetres
 from wucht.cams.drive import CamDrive
+from wucht.cams.followers.follower import Follower
 from wucht.cams.laws.law import Law
-from wucht.errors import RunError
+from wucht.cams.shape import Shape, shapes
+from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.errors import InputError, RunError
 from wucht.studies.cam_contour.contact_load import ContactLoad, contact_load
-from wucht.studies.cam_contour.permitted_cam import Smallest, obstacles, smallest_cam
-from wucht.studies.cam_contour.shapes import AnyCam, Shape, shapes
 from wucht.studies.cam_contour.spec import CamContour
 
 
@@ -24,7 +27,7 @@ class Plan:
     drive: CamDrive
     output: Law
     lever: Law
-    cams: Mapping[str, AnyCam]
+    cams: Mapping[str, Cam]
     shapes: Mapping[str, Shape]
     contact: ContactLoad | None
     smallest: Smallest | None
@@ -59,4 +62,40 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     except RunError as error:
         smallest = None
         notes.append(f"no smallest cam: {error}")
-    return Plan(spec, drive, law, lever, cams, shapes(cams, spec), contact, smallest, tuple(notes))
+    return Plan(spec, drive, law, lever, cams, _shapes(cams, spec), contact, smallest, tuple(notes))
+
+
+def _shapes(cams: Mapping[str, Cam], spec: CamContour) -> dict[str, Shape]:
+    try:
+        return shapes(cams, allow_undercut=spec.allow_undercut, wheel_radius=spec.wheel_radius)
+    except InputError as error:
+        raise error.within("study") if error.where == "wheel_radius" else error from None
+
+
+def smallest_cam(law: Law, follower: Follower | None, permitted: Permitted | None, size: Size) -> Smallest | None:
+    """Of the follower's law; None where nothing is permitted that it could be found by.
+
+    Where no least radius is permitted nothing is to be undercut, and without a shaft the base circle is not to be negative.
+    Raises ``InputError`` (study.permitted...), ``RunError``.
+    """
+    if permitted is None or follower is None:
+        return None
+    try:
+        return follower.smallest(law, permitted, size)
+    except InputError as error:
+        raise error.within("study.permitted") if error.where in Permitted.model_fields else error from None
+
+
+def obstacles(drive: CamDrive, output: Law, smallest: Smallest) -> list[str]:
+    """What must be known before the smallest cam is made, in sentences. output: the law that it is to make."""
+    if drive.follower is None:
+        return []
+    follower, anew = drive.follower.moved_to(smallest.placed)
+    notes, made = list(anew), replace(drive, follower=follower)
+    try:
+        for cam in made.cams(output).values():
+            if not smallest.whole:
+                cam.check(millimetres)
+    except InputError as error:
+        notes.append(f"the smallest cam that is permitted cannot be made: {error.allowed}")
+    return notes

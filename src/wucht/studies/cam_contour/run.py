@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.cam import Cam
 from wucht.cams.laws.law import Law
-from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.workshop.cam_files import Outline
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.cams.workshop.rounding import rounding_warning
@@ -17,7 +16,6 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.studies.cam_contour.contact_load import Pressed, largest_pressed, pressed
 from wucht.studies.cam_contour.prepare import Plan
-from wucht.studies.cam_contour.shapes import AnyCam
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +61,8 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         over_turn, largest = pressed(plan.contact, plan.cams, angles), largest_pressed(plan.contact, plan.cams)
     elif plan.contact is not None:
         notes.append("no contact forces: some of the contour is cut away, and the follower does not move by its law")
-    transmission = plan.lever.transmission_angle(angles) if isinstance(plan.lever, LeverMotion) else None
+    closure = plan.drive.closure
+    transmission = None if closure is None else closure.transmission_angle(plan.lever(angles))
     output, lever = _derivatives(plan.output, angles), _derivatives(plan.lever, angles)
     yield Findings(angles, output, lever, transmission, curves, to_mill, over_turn, largest, (*plan.notes, *notes))
 
@@ -72,10 +71,9 @@ def _derivatives(law: Law, angles: np.ndarray) -> np.ndarray:
     return np.array([law(angles, order) for order in range(3)])
 
 
-def _curves(cam: AnyCam, angles: np.ndarray) -> Curves:
-    pitch = None if isinstance(cam, FlatFacedCam) else cam.pitch(angles)
-    sign = -1 if isinstance(cam, RollerCam) and cam.outer else 1
-    curvature = sign * cam.curvature(angles)
+def _curves(cam: Cam, angles: np.ndarray) -> Curves:
+    pitch = None if cam.pitch_curve is None else cam.pitch_curve(angles, 0)
+    curvature = cam.material * cam.curvature(angles)
     return Curves(cam.contour(angles), pitch, cam.normal(angles), curvature, cam.undercut(angles), cam.pressure_angle(angles))
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from typing import ClassVar, Literal, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
+from wucht.cams.sizing.permitted import Permitted, Size
 from wucht.errors import InputError
 from wucht.fields import Described, si
 from wucht.studies.spec import Quantity, Spec, TrueOrFalse, Whole
-
-_LARGEST_ANGLE = math.radians(89)
 
 
 class Contact(Described):
@@ -42,26 +40,6 @@ class Contact(Described):
     roller_poisson: float | None = si("", "Poisson's ratio of the roller", default=None, gt=-1, le=0.5)
 
 
-class Permitted(Described):
-    """What the cam is judged by. pressure_angle; least_radius: of curvature where the contour is convex; shaft_radius: of the
-    shaft or the hub, which the base circle must not be smaller than; contact_pressure.
-
-    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam is found besides that keeps
-    them, in any case with a base circle that is not negative.
-    """
-
-    pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0)
-    least_radius: float | None = si("m", "least radius of curvature", default=None, ge=0)
-    shaft_radius: float | None = si("m", "radius of the shaft or hub", default=None, ge=0)
-    contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
-
-    @model_validator(mode="after")
-    def _can_be_sized(self) -> Self:
-        if self.pressure_angle is not None and self.pressure_angle > _LARGEST_ANGLE:
-            raise ValueError("pressure_angle", f"must be at most {math.degrees(_LARGEST_ANGLE):g} deg")
-        return self
-
-
 class CamContour(Spec):
     """The contour of a cam that gives its follower the motion law: to be judged, and to be milled.
 
@@ -90,7 +68,7 @@ class CamContour(Spec):
     speed: float | None = si("rad/s", "speed of the camshaft", default=None, gt=0)
     contact: Contact | None = None
     permitted: Permitted | None = None
-    smallest: Literal["base", "blank"] = "base"
+    smallest: Size = "base"
     allow_undercut: TrueOrFalse = False
     corrected: TrueOrFalse = False
 

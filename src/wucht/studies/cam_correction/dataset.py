@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.cams.followers import FlatFaced
+from wucht.cams.shape import COMMON, Shape, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_residual import LeftOutOrder
 from wucht.numerics.harmonics import Harmonics
 from wucht.results.conventions import Variable, answered, variable
-from wucht.studies.cam_contour.judgement import COMMON, largest_pressure_angle
-from wucht.studies.cam_contour.shapes import Shape
 from wucht.studies.cam_correction.cleanliness import left_by_left_out, sentence
 from wucht.studies.cam_correction.prepare import Plan, explained
 from wucht.studies.cam_correction.run import Contour, Findings, Proof
@@ -153,9 +151,8 @@ def _contours(plan: Plan, f: Findings) -> dict[str, Variable]:
     def radius(of: Callable[[Shape], RadiusAt | None]) -> np.ndarray:
         return once(lambda c: math.nan if (found := of(c.shape)) is None else found.radius)
 
-    at = {name: (cam.law(0.0), cam.follower) for name, cam in plan.after.items()}
-    places = [complex(fo.distance + float(s)) if isinstance(fo, FlatFaced) else complex(fo.place(s)) for s, fo in at.values()]
-    radii = [math.nan if isinstance(fo, FlatFaced) else fo.roller_radius for _, fo in at.values()]
+    places = [complex(cam.follower.place(cam.law(0.0))) for cam in plan.after.values()]
+    radii = [math.nan if cam.roller_radius is None else cam.roller_radius for cam in plan.after.values()]
     along, each = "version cam cam_angle", "version cam"
     return {
         "contour_x": variable(along, over_turn(lambda c: c.points.real), "contour, x", "m"),
@@ -256,9 +253,14 @@ def _of_cam(plan: Plan, f: Findings, name: str) -> dict[str, Any]:
     before, after = (by[name] for by in f.contours)
     sizes = {key: _size(c.shape) for key, c in zip(VERSIONS, (before, after), strict=True)}
     missing = sum(end - begin for begin, end in before.shape.missing) / (2 * math.pi)
-    radius = getattr(plan.after[name].follower, "roller_radius", None)
     moved = float(np.abs(after.moved).max())
-    return {**sizes, "moved": moved, "chord": after.chord, "missing_before": missing, "roller_radius": radius}
+    return {
+        **sizes,
+        "moved": moved,
+        "chord": after.chord,
+        "missing_before": missing,
+        "roller_radius": plan.after[name].roller_radius,
+    }
 
 
 def _size(shape: Shape) -> dict[str, float | None]:

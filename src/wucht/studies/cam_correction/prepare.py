@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.cam import Cam
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, Purity
 from wucht.cams.correction import orders as orders_of
 from wucht.cams.drive import CamDrive
@@ -26,7 +26,7 @@ _TOLD = (1, 2)  # orders that the fit itself tells of
 _AGREES, _BETTER = 0.5, 0.005  # of the mean square: what a delay must explain at least, and how much more than none
 _ABOVE = 0.1  # of the root mean square: so much of the computed motion above the orders that are fitted is told
 
-Cams = Mapping[str, RollerCam | FlatFacedCam]
+Cams = Mapping[str, Cam]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,22 +10,19 @@ from functools import partial
 
 import numpy as np
 
-from wucht.cams.cam import RollerCam
+from wucht.cams.cam import Cam
 from wucht.cams.correction import MotionOverTime, Residual, left_by_order, orders, residuals
 from wucht.cams.laws.law import Law
 from wucht.cams.milled import MilledCam
+from wucht.cams.shape import CALLED, Shape, beyond_common, shapes
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
 from wucht.cams.workshop.points import chord_deviation
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.measurements.shaft_signal import TURN
 from wucht.numerics.harmonics import Harmonics, even_angles
-from wucht.studies.cam_contour.judgement import beyond_common
-from wucht.studies.cam_contour.shapes import AnyCam, Shape, shapes
-from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.cam_correction.prepare import Cams, Plan
 
-CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 TIMES = 721  # at which the motion over time is given, the first again at the end
 _RECOVERED = 1024  # times at which the follower on the milled points is looked for
 _OFF = 2e-3  # of the stroke: it is looked for beside where it should be
@@ -175,15 +172,15 @@ def _contours(plan: Plan, work: Work, cams: Cams, angles: np.ndarray) -> dict[st
     return found
 
 
-def _contour(plan: Plan, name: str, cam: AnyCam, angles: np.ndarray) -> Contour:
+def _contour(plan: Plan, name: str, cam: Cam, angles: np.ndarray) -> Contour:
     """Judged as in a cam-contour. Raises ``InputError`` where a corrected cam is cut away; the original one may be."""
-    new, sign = cam is plan.after[name], -1 if isinstance(cam, RollerCam) and cam.outer else 1
+    new = cam is plan.after[name]
     original, points, normals = _curve(plan.before[name]), cam.contour(angles), cam.normal(angles)
-    shape = shapes({name: cam}, CamContour(allow_undercut=not new))[name]
+    shape = shapes({name: cam}, allow_undercut=not new)[name]
     return Contour(
         points=points,
         normals=normals,
-        curvature=sign * cam.curvature(angles),
+        curvature=cam.material * cam.curvature(angles),
         pressure_angle=cam.pressure_angle(angles),
         uncut=cam.undercut(angles),
         moved=_outside(original, points, normals) if new else np.zeros(len(angles)),
@@ -192,7 +189,7 @@ def _contour(plan: Plan, name: str, cam: AnyCam, angles: np.ndarray) -> Contour:
     )
 
 
-def _curve(cam: AnyCam) -> ClosedCurve:
+def _curve(cam: Cam) -> ClosedCurve:
     return lambda phi, order=0: cam.contour(np.asarray(phi), order)
 
 
@@ -225,7 +222,7 @@ def _proof(plan: Plan, name: str, exact: np.ndarray) -> Proof:
     return Proof(found[0], found[1], tuple(notes))
 
 
-def _recovered(plan: Plan, cam: AnyCam, points: np.ndarray) -> Harmonics:
+def _recovered(plan: Plan, cam: Cam, points: np.ndarray) -> Harmonics:
     """Points -> contact with the follower -> linkage -> psi(t): a way that knows nothing of the law."""
     phi = plan.shaft.angle(even_angles(_RECOVERED))
     nearly = plan.levers[1](phi)

@@ -7,16 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.laws.law import Law
-from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.synthesis import Cap, Restriction, extremes
+from wucht.cams.laws.synthesis import Cap, Restriction
+from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
-from wucht.numerics.harmonics import Harmonics, even_angles
-from wucht.numerics.valleys import valleys
+from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_law.prepare import Plan
-
-_SAMPLES = 4096  # of a law that has no end of harmonics
-_FINE = 2000  # of an arc, on which the values of such a law are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,39 +34,19 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """All at once: it takes milliseconds."""
     work.report(0.0, "motion law")
-    law = plan.motion.law
+    motion = plan.motion
     angles = np.linspace(0, 2 * np.pi, plan.points + 1)
-    derivatives = np.array([law(angles, order) for order in range(4)])
-    whole = law if isinstance(law, Harmonics) else Harmonics.sampled(law(even_angles(_SAMPLES)))
+    derivatives = np.array([motion.law(angles, order) for order in range(4)])
+    whole = motion.harmonics()
     harmonics = Harmonics(whole.mean, whole.cosine[: plan.orders], whole.sine[: plan.orders])
-    least, greatest = _bounds(law, 0)
-    peaks = np.array([max(-least, greatest), *(_peak(law, order) for order in (1, 2, 3))])
-    met = np.array([_met(r, law, harmonics) for r in plan.motion.restrictions]).reshape(-1, 2)
-    jump, rise = (law.jump, np.array([law.law.Cv, law.law.Ca, law.law.Cj])) if isinstance(law, RiseAndReturn) else (0.0, None)
-    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, met, jump, rise)
+    least, greatest = motion.bounds(0)
+    peaks = np.array([max(-least, greatest), *(motion.peak(order) for order in (1, 2, 3))])
+    met = np.array([_met(r, motion, harmonics) for r in motion.restrictions]).reshape(-1, 2)
+    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, met, motion.jump, motion.rise)
 
 
-def _bounds(law: Law, order: int) -> tuple[float, float]:
-    """The least and the greatest value of a derivative, between the angles that are looked at too."""
-    if isinstance(law, Harmonics):
-        return law.derivative(order).bounds
-    lowest, highest = valleys(lambda phi: law(phi, order))[1], valleys(lambda phi: -law(phi, order))[1]
-    return float(lowest.min()), float(-highest.min())
-
-
-def _peak(law: Law, order: int) -> float:
-    if isinstance(law, RiseAndReturn):
-        return law.largest(order)
-    least, greatest = _bounds(law, order)
-    return max(-least, greatest)
-
-
-def _met(restriction: Restriction, law: Law, harmonics: Harmonics) -> tuple[float, float]:
+def _met(restriction: Restriction, motion: MotionLaw, harmonics: Harmonics) -> tuple[float, float]:
     """The least and the greatest value of what is restricted."""
     if isinstance(restriction, Cap):
         return 0.0, float(harmonics.amplitudes[restriction.harmonic - 1])
-    if isinstance(law, Harmonics):
-        return extremes(restriction, law)
-    at = np.linspace(restriction.begin, restriction.end, _FINE if restriction.end > restriction.begin else 1)
-    values = law(at, restriction.order)
-    return float(values.min()), float(values.max())
+    return motion.extremes(restriction)

@@ -7,15 +7,14 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq, minimize_scalar
 
-from wucht.cams.conjugate import conjugate_cams
-from wucht.cams.followers import OscillatingRoller
+from wucht.cams.followers.oscillating_roller import OscillatingRoller, conjugate_cams
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
 LAW = Harmonics.of(math.radians(12), np.radians([-12.5, 0.8, -0.4]), np.radians([0.7, 0.3]))
-FOLLOWER = OscillatingRoller(0.11, 0.09, 0.01, math.radians(-143))
-COUNTER = OscillatingRoller(0.11, 0.08, 0.012, math.radians(122))
+FOLLOWER = OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143))
+COUNTER = OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.012, angle=math.radians(122))
 
 
 def touching_angle(cam, phi, near):
@@ -64,9 +63,9 @@ def test_a_counter_arm_that_comes_into_line_is_refused(end):
     low, high = LAW.bounds
     at = -low if end == "lowest" else math.pi - high
     into = 1e-4 if end == "lowest" else -1e-4
-    conjugate_cams(LAW, FOLLOWER, OscillatingRoller(0.11, 0.08, 0.01, at + into))
+    conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.01, angle=at + into))
     with pytest.raises(InputError, match="the rollers do not push the lever opposite ways") as error:
-        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(0.11, 0.08, 0.01, at - into))
+        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.01, angle=at - into))
     assert error.value.where == "follower.counter.angle"
     worst = LAW.stationary()[np.argmin(LAW(LAW.stationary())) if end == "lowest" else np.argmax(LAW(LAW.stationary()))]
     assert f"at a cam angle of {math.degrees(worst):.4g} deg" in str(error.value)
@@ -74,6 +73,6 @@ def test_a_counter_arm_that_comes_into_line_is_refused(end):
 
 def test_two_arms_on_one_side_and_two_pivots_are_refused():
     with pytest.raises(InputError, match="opposite ways"):
-        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(0.11, 0.08, 0.01, math.radians(-100)))
+        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.01, angle=math.radians(-100)))
     with pytest.raises(InputError, match=r"follower.counter.pivot: given 0.12; must be that of the lever, 0.11 m"):
-        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(0.12, 0.08, 0.01, math.radians(122)))
+        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.12, arm=0.08, roller_radius=0.01, angle=math.radians(122)))

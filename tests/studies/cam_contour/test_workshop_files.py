@@ -16,8 +16,8 @@ from wucht.cams.workshop.lists import Separator, read_list
 from wucht.cams.workshop.plc import Unit
 from wucht.cams.workshop.plc_files import Form, read_cam_table
 from wucht.errors import InputError, RunError
+from wucht.studies.cam_contour.export import drive_of, points_to_mill, write_workshop
 from wucht.studies.cam_contour.spec import CamContour
-from wucht.studies.cam_contour.write_workshop import drive_of, points_to_mill, write_workshop
 from wucht.studies.registry import studies
 from wucht.studies.runner import load, run
 from wucht.studies.study_file import run_file

@@ -1,0 +1,71 @@
+"""A law and a follower of our own are one class each: a cubic rise, and a knife edge on a rod that slides beside the centre.
+
+wucht list knife-edge --import examples/own_cam.py
+wucht run FILE --import examples/own_cam.py     # a cam file with [law] kind = "cubic" and [follower] kind = "knife-edge"
+"""
+
+from typing import ClassVar
+
+import numpy as np
+
+from wucht.cams.followers.follower import Outline
+from wucht.cams.followers.roller_cam import RollerFollower
+from wucht.cams.laws.law import Law
+from wucht.cams.laws.standard_laws import StandardLaw, of_polynomials
+from wucht.cams.tables.kinds_of_law import RiseTable
+from wucht.fields import si
+
+
+class Cubic(RiseTable):
+    """Rise, rest and return: s = 3 x^2 - 2 x^3, whose acceleration jumps at both ends."""
+
+    kind: ClassVar[str] = "cubic"
+
+    def rise_law(self) -> StandardLaw:
+        """The share of the stroke over the share of the arc."""
+        return of_polynomials(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 3.0, -2.0]]))
+
+
+class KnifeEdge(RollerFollower):
+    """A knife edge on a rod: a roller of the radius 0."""
+
+    kind: ClassVar[str] = "knife-edge"
+    placing: ClassVar[tuple[str, ...]] = ("distance", "offset")
+    roller_radius: ClassVar[float] = 0.0
+
+    distance: float = si("m", "distance of the edge from the cam's centre, along x, where the law is zero", gt=0)
+    offset: float = si("m", "offset of the rod's axis", default=0.0)
+
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """Of the edge where the law has a value."""
+        return np.asarray(self.distance + np.asarray(moved) + 1j * self.offset)
+
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """The derivative of that by the value of the law."""
+        return np.ones(np.shape(moved), complex)
+
+    def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """The derivative of the place by the cam angle."""
+        return self.place(law(phi)) if order == 0 else law(phi, order) + 0j
+
+    def outline(self, law: Law) -> Outline:
+        """What is drawn of it."""
+        return Outline(rod_offset=self.offset)
+
+
+FILE = """
+title = "A knife edge on a cam by a cubic law"
+
+[study]
+kind = "cam-contour"
+
+[law]
+kind = "cubic"
+stroke = "20 mm"
+rise = ["30 deg", "150 deg"]
+
+[follower]
+kind = "knife-edge"
+distance = "50 mm"
+offset = "10 mm"
+"""

@@ -1,0 +1,204 @@
+"""A flat face across a rod, and its cams.
+
+A flat face leaves what lies behind it at all cam angles. The ball of radius r that touches the face from behind at the contour
+point c of phi stays behind the face at psi, at the distance h(psi) from the cam's centre, where
+r (1 - cos(psi - phi)) <= h(psi) - c . n(psi); towards psi = phi this is the radius of curvature. The contour of phi is missing
+where the least of these r over psi is negative.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from wucht.cams.cam import Cam, Written, metres, short_of
+from wucht.cams.followers.follower import Follower, Outline
+from wucht.cams.laws.law import Law
+from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
+from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length
+from wucht.cams.undercut import NEAREST, CutAway, least_radius, plane, within, wrapped
+from wucht.errors import InputError, RunError
+from wucht.fields import si
+from wucht.numerics.valleys import GRID, STEP, arcs_below_zero, narrowed, valleys
+
+_ROWS = 256  # cam angles at a time that are held against all faces
+
+
+class FlatFaced(Follower):
+    """A flat face across a rod."""
+
+    kind: ClassVar[str] = "flat-faced"
+    placing: ClassVar[tuple[str, ...]] = ("distance",)
+
+    distance: float = si("m", "distance of the face from the cam's centre where the law is zero", gt=0)
+
+    def cams(self, law: Law) -> dict[str, Cam]:
+        """See ``Follower``."""
+        return {"cam": FlatFacedCam(law, self, self.clockwise)}
+
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """See ``Follower``."""
+        return np.asarray(self.distance + moved)
+
+    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+        """See ``Touching``. The face is where the contour reaches furthest."""
+        foot = turned * (self.distance + nearly)
+        at = np.argmax((turned.conj()[:, None] * contour.points[None, :]).real, axis=1).astype(float)
+        for _ in range(MOST_STEPS):
+            c1, c2 = (contour(at, k) for k in (1, 2))
+            step = dot(turned, c1) / dot(turned, c2)
+            at = at - step
+            if np.abs(step).max() <= EXACT * len(contour.points):
+                return np.asarray(dot(turned, contour(at, 0)) - self.distance)
+        raise RunError(f"the face does not touch the contour near {np.abs(foot).max():.3g} m from its centre")
+
+    def outline(self, law: Law) -> Outline:
+        """See ``Follower``."""
+        touched = -law(np.linspace(0, 2 * np.pi, 721), 1) * (-1 if self.clockwise else 1)
+        return Outline(face_from=touched.min(), face_to=touched.max(), face_at=self.distance + float(law(0.0)))
+
+    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+        """See ``Follower``."""
+        radius, shaft = permitted.least_radius, permitted.shaft_radius
+        if permitted.pressure_angle is not None:
+            raise InputError("pressure_angle", None, "a flat face has none: its cam is found by least_radius or shaft_radius")
+        if radius is None and shaft is None:
+            return None
+        return smallest_flat_faced_cam(law, radius or 0.0, clockwise=self.clockwise, shaft_radius=shaft or 0.0)
+
+
+@dataclass(frozen=True)
+class FlatFacedCam(Cam):
+    """A disc on which a flat face slides. law: of the face. clockwise: the sense in which the cam turns."""
+
+    follower: FlatFaced
+
+    part: ClassVar[str] = "face"
+
+    def contour(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """See ``Cam``. The face is its tangent: it is the envelope of the faces."""
+        turned, i = np.exp(-1j * self._sense * np.asarray(phi)), 1j * self._sense
+        if order == 0:
+            return np.asarray(turned * (self.follower.distance + self.law(phi) - i * self.law(phi, 1)))
+        radius = self.radius(phi)
+        if order == 1:
+            return np.asarray(-i * turned * radius)
+        return np.asarray(-i * turned * (self.law(phi, 1) + self.law(phi, 3) - i * radius))
+
+    def radius(self, phi: np.ndarray) -> np.ndarray:
+        """Of curvature of the contour, in m: h + h'', h being the distance of the face from the cam's centre."""
+        return np.asarray(self.follower.distance + self.law(phi) + self.law(phi, 2))
+
+    def normal(self, phi: np.ndarray) -> np.ndarray:
+        """Of the contour, of modulus 1, away from the cam."""
+        return np.asarray(np.exp(-1j * self._sense * np.asarray(phi)))
+
+    def curvature(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / self.radius(phi))
+
+    def undercut(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``: the radius of curvature as a share of the distance."""
+        return np.asarray(self.radius(phi) / self.follower.distance)
+
+    def pressure_angle(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``: none, the face is across its motion."""
+        return np.zeros(np.shape(phi))
+
+    def contact(self, phi: np.ndarray) -> np.ndarray:
+        """How far from the rod's axis the face is touched, in m, along +y: the face must be as long."""
+        return np.asarray(-self._sense * self.law(phi, 1))
+
+    def grip(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``."""
+        return np.ones(len(phi))
+
+    def cut_away(self) -> CutAway:
+        """What a flat face cuts away of its cam, and the least radius of what is left; see ``Cam``."""
+        at, radii = valleys(self.radius)
+        folds = at[radii < 0]  # no arc is missing without one
+        missing = arcs_below_zero(self._ball_behind, folds) if len(folds) else ()
+
+        def bulge(phi: np.ndarray) -> np.ndarray:
+            with np.errstate(divide="ignore"):
+                return np.where(within(missing, phi), 0.0, -1 / self.radius(phi))
+
+        return CutAway(arcs_below_zero(self.radius), missing, least_radius(self.contour, bulge), None, math.inf)
+
+    def _ball_behind(self, phi: np.ndarray) -> np.ndarray:
+        """The radius of the largest ball that touches the face at phi (N,) from behind and stays behind it at all other
+        angles; negative where the contour point itself does not."""
+        normals, heights = plane(self.normal(GRID)), self.follower.distance + self.law(GRID)
+        contour, normal = self.contour(phi), self.normal(phi)
+        near = np.empty(len(phi))
+        for rows in np.array_split(np.arange(len(phi)), len(phi) // _ROWS + 1):
+            room = heights - plane(contour[rows]) @ normals.T
+            turned = 1 - plane(normal[rows]) @ normals.T
+            apart = turned > 1 - math.cos(STEP / 2)
+            near[rows] = GRID[np.argmin(np.divide(room, turned, out=np.full(room.shape, np.inf), where=apart), axis=1)]
+
+        def behind(other: np.ndarray) -> np.ndarray:
+            room = self.follower.distance + self.law(other) - (contour * self.normal(other).conj()).real
+            turned = 2 * np.sin((other - phi) / 2) ** 2
+            apart = np.abs(wrapped(other - phi)) > STEP / 2
+            return np.asarray(np.divide(room, turned, out=np.full(len(phi), np.inf), where=apart))
+
+        nearest = behind(narrowed(behind, near - STEP, near + STEP, NEAREST))
+        return np.asarray(np.minimum(self.radius(phi), nearest))
+
+    def check(self, written: Written = metres) -> None:
+        """See ``Cam``: ``InputError`` (follower.distance)."""
+        at, radii = valleys(self.radius)
+        k = int(np.argmin(radii))
+        if radii[k] <= 0:
+            where = f"the face would cut the contour away at a cam angle of {math.degrees(at[k]):.4g} deg"
+            least = short_of(self.follower.distance - float(radii[k]), 1)
+            raise InputError("follower.distance", self.follower.distance, f"{where}: take at least {written(least)}")
+
+
+@dataclass(frozen=True)
+class SmallestFlatFacedCam(Smallest):
+    """A cam with a flat face, as small as it can be.
+
+    base_radius, largest_radius: of the contour in m. face: between which distances from the rod's axis the face is touched, in
+    m along +y.
+    """
+
+    follower: FlatFaced
+    face: tuple[float, float]
+
+    whole: ClassVar[bool] = True
+
+    @property
+    def placed(self) -> Mapping[str, float]:
+        """See ``Smallest``."""
+        return {"distance": self.follower.distance}
+
+    def summary(self) -> dict[str, Any]:
+        """See ``Smallest``."""
+        return self._of_contour(0.0) | {"face": list(self.face)}
+
+
+def smallest_flat_faced_cam(
+    law: Law, least_radius: float, *, clockwise: bool = False, shaft_radius: float = 0.0
+) -> SmallestFlatFacedCam:
+    """The least distance of a flat face, greater than zero. Its contour's radius of curvature is distance + psi + psi''.
+
+    law: in m. least_radius: of curvature that is permitted, in m. shaft_radius: the least base circle, in m: a contour that is
+    bent little enough need not even go round the shaft. Raises ``InputError`` (least_radius, shaft_radius).
+    """
+    for name, value in (("least_radius", least_radius), ("shaft_radius", shaft_radius)):
+        check_length(name, value, or_zero=True)
+    at, bends = valleys(lambda phi: law(phi) + law(phi, 2))
+    k, lowest, highest = int(np.argmin(bends)), float(valleys(law)[1].min()), -float(valleys(lambda p: -law(p))[1].min())
+    distance = max(least_radius - float(bends[k]), shaft_radius - lowest, LEAST_DISTANCE)
+    cam = FlatFacedCam(law, FlatFaced(distance=distance), clockwise)
+    face = float(valleys(cam.contact)[1].min()), -float(valleys(lambda p: -cam.contact(p))[1].min())
+    reached = distance + float(bends[k])
+    return SmallestFlatFacedCam(distance + lowest, distance + highest, reached, float(at[k]), cam.follower, face)

@@ -1,0 +1,79 @@
+"""What a follower is: a table [follower] of a cam file, and what it asks of its cams."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from pydantic import Field, StrictBool
+
+from wucht.cams.cam import Cam
+from wucht.cams.laws.law import Law
+from wucht.cams.milled import MilledContour
+from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.fields import Described
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is drawn of a follower at cam angle 0 beside its roller, in m; None where there is none.
+
+    pivot: of a lever, on x. rod_offset: of a rod with a roller, along y. face_at: where a face is, on x, face_from, face_to:
+    between which y it is touched over a turn.
+    """
+
+    pivot: float | None = None
+    rod_offset: float | None = None
+    face_from: float | None = None
+    face_to: float | None = None
+    face_at: float | None = None
+
+
+class Follower(Described, ABC):
+    """A follower of some kind. clockwise: the sense in which the cam turns. unit: of its motion, rad on a lever, m on a rod.
+
+    placing: the keys that a smaller or larger cam changes.
+    """
+
+    unit: ClassVar[str] = "m"
+    placing: ClassVar[tuple[str, ...]] = ()
+
+    clockwise: StrictBool = Field(False, description="sense of the cam, true: clockwise")
+
+    @classmethod
+    def where(cls) -> str:
+        """In a file."""
+        return "follower"
+
+    @abstractmethod
+    def cams(self, law: Law) -> dict[str, Cam]:
+        """The cams, by name, that make it move by a law: ``cam``; with a counter cam ``counter``, in a groove ``outer``.
+
+        Raises ``InputError`` where it would lose its cams.
+        """
+
+    @abstractmethod
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """Where its roller or its face is where the law has a value (any shape), complex or along x, in m."""
+
+    @abstractmethod
+    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+        """See ``Touching``: what a milled contour makes it do."""
+
+    def outline(self, law: Law) -> Outline:
+        """What is drawn of it beside its roller where it moves by a law."""
+        return Outline()
+
+    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+        """The smallest cam of a law for what is permitted; None where nothing is permitted that it could be found by.
+
+        Raises ``InputError`` (the key of ``permitted``), ``RunError``.
+        """
+        return None
+
+    def moved_to(self, place: Mapping[str, float]) -> tuple[Self, tuple[str, ...]]:
+        """The same follower with other values of the keys ``placing``, and what must be chosen anew for it, in sentences."""
+        return self.model_copy(update=dict(place)), ()

@@ -1,0 +1,231 @@
+"""Followers with a roller, and their cams: a disc on which the roller runs, or a flank of a groove."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from wucht.cams.cam import Cam, Written, metres, short_of
+from wucht.cams.followers.follower import Follower
+from wucht.cams.laws.law import Law
+from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
+from wucht.cams.undercut import EDGE, CutAway, RadiusAt, Side, least_radius, within
+from wucht.errors import InputError, RunError
+from wucht.numerics.valleys import arcs_below_zero
+
+
+class RollerFollower(Follower):
+    """A follower with a roller, or with an edge: a roller of the radius 0.
+
+    In the plane of the cam as complex numbers in m; the cam turns about 0. Without keys of its own for a groove it has one cam.
+    """
+
+    if TYPE_CHECKING:
+        roller_radius: float
+
+    @abstractmethod
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """The centre of the roller where the law has a value (any shape)."""
+
+    @abstractmethod
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """The derivative of the centre by the value of the law, there."""
+
+    @abstractmethod
+    def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """The derivative of an order from 0 to 3 of the centre of the roller by the cam angle, at angles phi (any shape)."""
+
+    def cams(self, law: Law) -> dict[str, Cam]:
+        """See ``Follower``."""
+        cam = RollerCam(law, self, self.clockwise)
+        return {"cam": cam, "outer": replace(cam, outer=True)} if getattr(self, "groove", False) else {"cam": cam}
+
+    def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
+        """See ``Touching``. The roller is at its radius from the contour, and that along the normal: Newton's method in both
+        unknowns."""
+        moved, at = np.array(nearly, float), contour.nearest(turned * self.place(nearly))
+        size = float(np.abs(contour.points).max())
+        if not self.roller_radius:
+            return self._motion_of_edge(contour, turned, moved, at, EXACT * size)
+        for _ in range(MOST_STEPS):
+            c, c1, c2 = (contour(at, k) for k in (0, 1, 2))
+            off, rate = turned * self.place(moved) - c, turned * self.rate(moved)
+            gap = np.abs(off) - self.roller_radius
+            along = dot(c1, off)
+            gap_moved, gap_at = dot(off, rate) / np.abs(off), -along / np.abs(off)
+            along_moved, along_at = dot(c1, rate), dot(c2, off) - np.abs(c1) ** 2
+            determinant = gap_moved * along_at - gap_at * along_moved
+            moved = moved - (gap * along_at - gap_at * along) / determinant
+            at = at - (gap_moved * along - gap * along_moved) / determinant
+            if np.abs(gap).max() <= EXACT * size:
+                return np.asarray(moved)
+        raise RunError("the follower does not touch the contour near the motion that was expected")
+
+    def _motion_of_edge(
+        self, contour: MilledContour, turned: np.ndarray, moved: np.ndarray, at: np.ndarray, exact: float
+    ) -> np.ndarray:
+        """The same where the roller is a point: it lies on the contour."""
+        for _ in range(MOST_STEPS):
+            c, c1 = contour(at), contour(at, 1)
+            off, rate = turned * self.place(moved) - c, turned * self.rate(moved)
+            determinant = (rate.conj() * c1).imag
+            moved = moved - (off.conj() * c1).imag / determinant
+            at = at + (rate.conj() * off).imag / determinant
+            if np.abs(off).max() <= exact:
+                return np.asarray(moved)
+        raise RunError("the edge does not touch the contour near the motion that was expected")
+
+
+@dataclass(frozen=True)
+class RollerCam(Cam):
+    """A disc on which a roller runs, or one flank of a groove.
+
+    law: of the follower. clockwise: the sense in which the cam turns. outer: the outer flank of a groove, not the inner one.
+    """
+
+    follower: RollerFollower
+
+    part: ClassVar[str] = "roller"
+
+    @property
+    def roller_radius(self) -> float:
+        """See ``Cam``."""
+        return self.follower.roller_radius
+
+    @property
+    def mating_curvature(self) -> float:
+        """See ``Cam``."""
+        if not self.roller_radius:
+            raise InputError("width", None, "an edge has no Hertzian pressure: give no width of the contact")
+        return 1 / self.roller_radius
+
+    @property
+    def pitch_curve(self) -> Callable[[np.ndarray, int], np.ndarray]:
+        """See ``Cam``."""
+        return self.pitch
+
+    @property
+    def _inward(self) -> float:
+        """How far the contour lies inside the pitch curve."""
+        return -self.follower.roller_radius if self.outer else self.follower.roller_radius
+
+    def pitch(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """The derivative of an order from 0 to 3 of the pitch curve, on which the centre of the roller goes round the cam."""
+        turned = -1j * self._sense
+        centres = (self.follower.centre(self.law, phi, k) for k in range(order + 1))
+        sums = sum(math.comb(order, k) * turned ** (order - k) * z for k, z in enumerate(centres))
+        return np.asarray(np.exp(turned * np.asarray(phi)) * sums)
+
+    def normal(self, phi: np.ndarray) -> np.ndarray:
+        """The normal of both curves, of modulus 1, that points away from the cam's centre."""
+        slope = self.pitch(phi, 1)
+        return np.asarray(1j * self._sense * slope / np.abs(slope))
+
+    def pitch_curvature(self, phi: np.ndarray) -> np.ndarray:
+        """Of the pitch curve, in 1/m, positive where it is convex."""
+        slope = self.pitch(phi, 1)
+        return np.asarray(-self._sense * (slope.conj() * self.pitch(phi, 2)).imag / np.abs(slope) ** 3)
+
+    def contour(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """See ``Cam``. The normal n of the pitch curve p turns as n' = kappa p'."""
+        if order == 0:
+            return np.asarray(self.pitch(phi) - self._inward * self.normal(phi))
+        slope, shrunk = self.pitch(phi, 1), self.undercut(phi)
+        if order == 1:
+            return np.asarray(shrunk * slope)
+        return np.asarray(shrunk * self.pitch(phi, 2) - self._inward * self._curvature_slope(phi) * slope)
+
+    def _curvature_slope(self, phi: np.ndarray) -> np.ndarray:
+        """The derivative of the pitch curve's curvature by phi."""
+        slope, size = self.pitch(phi, 1), np.abs(self.pitch(phi, 1))
+        second = slope.conj() * self.pitch(phi, 2)
+        third = slope.conj() * self.pitch(phi, 3)
+        return np.asarray(self._sense * (3 * second.imag * second.real / size**5 - third.imag / size**3))
+
+    def curvature(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(self.pitch_curvature(phi) / self.undercut(phi))
+
+    def undercut(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``."""
+        return np.asarray(1 - self._inward * self.pitch_curvature(phi))
+
+    def pressure_angle(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``."""
+        normal = self.normal(phi) * np.exp(1j * self._sense * np.asarray(phi))
+        from_motion = normal / self.follower.rate(self.law(phi))
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.arctan(from_motion.imag / from_motion.real))
+
+    def grip(self, phi: np.ndarray) -> np.ndarray:
+        """See ``Cam``."""
+        normal = self.normal(phi) * np.exp(1j * self._sense * phi)
+        return np.asarray(self.material * (normal.conj() * self.follower.rate(self.law(phi))).real)
+
+    @property
+    def _roller_side(self) -> Side:
+        sign = self.material
+        return Side(self.pitch, lambda phi: -sign * self.normal(phi), lambda phi: sign * self.pitch_curvature(phi))
+
+    def cut_away(self) -> CutAway:
+        """What is cut away of a cam, and the least radii of what is left.
+
+        The curve is looked at at 4096 angles, and between them where it matters: what is cut away on less than 0.09 deg, by a
+        depth of some (distance of the samples)^2/(8 r), tens of nanometres, may be missed.
+        """
+        side, radius, sign = self._roller_side, self.roller_radius, self.material
+        at, balls = side.narrowest(radius)
+        missing = arcs_below_zero(lambda phi: side.largest_ball(phi) - radius, at) if balls.min() < radius else ()
+
+        def bulge(phi: np.ndarray) -> np.ndarray:
+            return np.where(within(missing, phi), 0.0, sign * self.curvature(phi))
+
+        return CutAway(
+            arcs_below_zero(lambda phi: self.undercut(phi) - EDGE),
+            missing,
+            least_radius(self.pitch, lambda phi: -bulge(phi)),
+            least_radius(self.pitch, bulge),
+            side.limit(float(balls.min())),
+        )
+
+    def largest_roller(self) -> RadiusAt | None:
+        """The largest roller on this pitch curve that cuts nothing away, and at which cam angle a larger one would first; None
+        where none would."""
+        return self._roller_side.tightest()
+
+    def largest_wheel(self) -> RadiusAt | None:
+        """See ``Cam``. It runs on the side of the roller. Raises ``InputError`` (follower.roller_radius) as ``check`` does: a
+        contour that is cut away has no such wheel."""
+        self.check()
+        sign = self.material
+        return Side(self.contour, lambda phi: sign * self.normal(phi), lambda phi: -sign * self.curvature(phi)).tightest()
+
+    def check_wheel(self, radius: float) -> None:
+        """Raises ``InputError`` (wheel_radius, follower.roller_radius) where a wheel of a radius in m cannot make it all."""
+        largest = self.largest_wheel()
+        if largest is not None and radius > largest.radius:
+            where = f"the contour is too hollow for it at a cam angle of {math.degrees(largest.phi):.4g} deg"
+            raise InputError("wheel_radius", radius, f"{where}: take at most {metres(short_of(largest.radius, -1))}")
+
+    def check(self, written: Written = metres) -> None:
+        """See ``Cam``: ``InputError`` (follower.roller_radius), which says which roller would not, to five digits."""
+        largest = self.largest_roller()
+        if largest is not None and self.roller_radius >= largest.radius:
+            key = "".join(f" (follower.{key})" for key in self.follower.placing[:1])
+            where = f"the roller would cut the contour away at a cam angle of {math.degrees(largest.phi):.4g} deg"
+            what = f"take a roller radius of at most {written(short_of(largest.radius, -1))}, or a larger cam{key}"
+            raise InputError("follower.roller_radius", self.roller_radius, f"{where}: {what}")
+
+
+@dataclass(frozen=True)
+class ConjugateCams:
+    """cam, counter: on one shaft; their levers are rigidly joined and move by one law."""
+
+    cam: RollerCam
+    counter: RollerCam

@@ -1,0 +1,81 @@
+"""A roller on a rod, and its cams: a disc or a groove."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field, StrictBool
+
+from wucht.cams.followers.follower import Outline
+from wucht.cams.followers.roller_cam import RollerFollower
+from wucht.cams.laws.law import Law
+from wucht.cams.sizing.layout import Layout
+from wucht.cams.sizing.permitted import Permitted, Size, Smallest
+from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, smallest_roller_cam, tangents_of
+from wucht.fields import si
+
+
+class TranslatingRoller(RollerFollower):
+    """A roller on a rod."""
+
+    # It slides along +x, its axis beside the cam's centre by ``offset`` along +y.
+
+    kind: ClassVar[str] = "translating-roller"
+    placing: ClassVar[tuple[str, ...]] = ("distance", "offset")
+
+    distance: float = si("m", "distance of the roller's centre where the law is zero", gt=0)
+    roller_radius: float = si("m", "radius of the roller", gt=0)
+    offset: float = si("m", "offset of the rod's axis", default=0.0)
+    groove: StrictBool = Field(False, description="choice of a groove, true or false")
+
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return np.asarray(self.distance + np.asarray(moved) + 1j * self.offset)
+
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return np.ones(np.shape(moved), complex)
+
+    def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return self.place(law(phi)) if order == 0 else law(phi, order) + 0j
+
+    def outline(self, law: Law) -> Outline:
+        """See ``Follower``."""
+        return Outline(rod_offset=self.offset)
+
+    def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
+        """See ``Follower``."""
+        if permitted.pressure_angle is None:
+            return None
+        return smallest_rod_cam(
+            law, self.roller_radius, permitted.pressure_angle, clockwise=self.clockwise,
+            least_radius=permitted.least_radius or 0.0, shaft_radius=permitted.shaft_radius or 0.0, smallest=size,
+        )  # fmt: skip
+
+    def swing(self, low: float, high: float) -> float:
+        """See ``Guide``."""
+        return 0.0
+
+    def distance_from(self, centre: complex) -> float:
+        """See ``Guide``."""
+        return -centre.real
+
+    def seen_from(self, centre: complex) -> TranslatingRoller:
+        """See ``Guide``."""
+        return self.model_copy(update={"distance": -centre.real, "offset": -centre.imag})
+
+
+def smallest_rod_cam(
+    law: Law, roller_radius: float, pressure_angle: Angles, *, clockwise: bool = False,
+    least_radius: float | None = None, shaft_radius: float | None = None, smallest: Size = "base",
+) -> SmallestCam:  # fmt: skip
+    """The distance and the offset that make the smallest cam for a rod; see ``smallest_lever_cam``. law: in m.
+
+    With a shaft_radius the distance is greater than zero, even of a law that is never zero.
+    """
+    guide = TranslatingRoller.model_construct(distance=0.0, roller_radius=roller_radius)
+    return smallest_roller_cam(
+        Layout(law, guide, clockwise, -1, tangents_of(pressure_angle)), least_radius, shaft_radius, smallest
+    )

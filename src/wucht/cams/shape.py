@@ -1,0 +1,128 @@
+"""What the contour of a cam is like, and what it is judged by: its least radii, its pressure angle, what is cut away of it, and
+between which circles it lies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.cam import Cam
+from wucht.cams.demands import millimetres
+from wucht.cams.undercut import RadiusAt
+from wucht.errors import InputError
+from wucht.numerics.valleys import GRID, Arc, valleys
+from wucht.numerics.zeros import RealFunction
+
+CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
+_GUIDES = {"rad": "lever", "m": "rod"}
+COMMON = {"rad": math.radians(45), "m": math.radians(30)}  # pressure angles, at most, of followers that turn or slide
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """value: the largest or the least. phi: the cam angle in rad at which it is reached."""
+
+    value: float
+    phi: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Lengths in m, angles in rad.
+
+    convex, hollow: the least radius of curvature where the material bulges and where it is hollow, None where it is nowhere.
+    pressure_angle: the largest, as a magnitude. base, blank: the least and the largest distance of the contour from the cam's
+    centre. Radii are those of what is left. undercut: arcs on which the contour runs backwards; missing: arcs that are cut
+    away, those among them. largest_roller: with which nothing would be missing, infinite where every roller will do, None of a
+    flat face. wheel: the largest that reaches all of the contour, None where every wheel does, or some is missing.
+    part: what of the follower touches the contour, in a word.
+    """
+
+    convex: RadiusAt | None
+    hollow: RadiusAt | None
+    pressure_angle: Extreme
+    base: Extreme
+    blank: Extreme
+    undercut: tuple[Arc, ...]
+    missing: tuple[Arc, ...]
+    largest_roller: float | None
+    wheel: RadiusAt | None
+    part: str
+
+
+def shapes(cams: Mapping[str, Cam], *, allow_undercut: bool = False, wheel_radius: float | None = None) -> dict[str, Shape]:
+    """Of each cam. allow_undercut: a contour that is cut away is not refused, if something is left. wheel_radius: of a grinding
+    wheel that must reach all of the contours, in m.
+
+    Raises ``InputError`` (follower..., wheel_radius) where one cannot be made.
+    """
+    found: dict[str, Shape] = {}
+    for name, cam in cams.items():
+        try:
+            found[name] = _shape(cam, CALLED[name], allow_undercut, wheel_radius)
+        except InputError as error:
+            counters = name == "counter" and error.where == "follower.roller_radius"
+            where = "follower.counter.roller_radius" if counters else error.where
+            given = millimetres(error.given) if isinstance(error.given, float) else error.given
+            raise InputError(where, given, error.allowed) from None
+    return found
+
+
+def _shape(cam: Cam, name: str, allow_undercut: bool, wheel_radius: float | None) -> Shape:
+    left, roller = cam.cut_away(), cam.roller_radius
+    sound = roller is not None and roller < left.largest_roller
+    if not sound and (not allow_undercut or left.is_missing(GRID).all()):
+        cam.check(millimetres)
+    wheel = cam.largest_wheel() if sound and left.hollow is not None else None
+    if wheel_radius is not None and wheel is not None and wheel_radius > wheel.radius:
+        where = f"the {name} is too hollow for it at a cam angle of {np.degrees(wheel.phi):.4g} deg"
+        raise InputError("wheel_radius", wheel_radius, f"{where}: it must be less than {millimetres(wheel.radius)}")
+    beyond = 2 * float(np.abs(cam.contour(GRID)).max())
+
+    def distance(phi: np.ndarray, missing: float) -> np.ndarray:
+        return np.where(left.is_missing(phi), missing, np.abs(cam.contour(phi)))
+
+    angle = _least(lambda phi: -np.abs(cam.pressure_angle(phi)))
+    base, blank = _least(lambda phi: distance(phi, beyond)), _least(lambda phi: -distance(phi, 0.0))
+    return Shape(
+        convex=left.convex,
+        hollow=left.hollow,
+        pressure_angle=Extreme(-angle.value, angle.phi),
+        base=base,
+        blank=Extreme(-blank.value, blank.phi),
+        undercut=left.undercut,
+        missing=left.missing,
+        largest_roller=None if roller is None else left.largest_roller,
+        wheel=wheel,
+        part=cam.part,
+    )
+
+
+def _least(function: RealFunction) -> Extreme:
+    at, values = valleys(function)
+    k = int(np.argmin(values))
+    return Extreme(float(values[k]), float(at[k]))
+
+
+def beyond_common(shapes: Iterable[Shape], unit: str) -> list[str]:
+    """A sentence where a pressure angle is larger than is common. unit: of the follower's motion, rad or m."""
+    angle, common = largest_pressure_angle(shapes), COMMON[unit]
+    if angle.value <= common:
+        return []
+    reached = f"the pressure angle reaches {degrees(angle.value)} at {degrees(angle.phi)}"
+    finds = "study.permitted finds the smallest cam for it"
+    return [f"{reached}; with a {_GUIDES[unit]} at most {degrees(common)} is common ({finds})"]
+
+
+def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
+    """Of all cams."""
+    return max((s.pressure_angle for s in shapes), key=lambda extreme: extreme.value)
+
+
+def degrees(angle: float) -> str:
+    """A cam angle in rad, for the user."""
+    turns = math.degrees(angle)
+    return f"{turns if turns <= 360 else turns - 360:.4g}°"

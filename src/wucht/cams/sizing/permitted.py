@@ -1,0 +1,71 @@
+"""What is permitted of a cam, and what the smallest one is that keeps it."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import model_validator
+
+from wucht.fields import Described, si
+
+Size = Literal["base", "blank"]
+LARGEST_ANGLE = math.radians(89)
+
+
+class Permitted(Described):
+    """What the cam is judged by. pressure_angle; least_radius: of curvature where the contour is convex; shaft_radius: of the
+    shaft or the hub, which the base circle must not be smaller than; contact_pressure.
+
+    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam is found besides that keeps
+    them, in any case with a base circle that is not negative.
+    """
+
+    pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0)
+    least_radius: float | None = si("m", "least radius of curvature", default=None, ge=0)
+    shaft_radius: float | None = si("m", "radius of the shaft or hub", default=None, ge=0)
+    contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
+
+    @model_validator(mode="after")
+    def _can_be_sized(self) -> Self:
+        if self.pressure_angle is not None and self.pressure_angle > LARGEST_ANGLE:
+            raise ValueError("pressure_angle", f"must be at most {math.degrees(LARGEST_ANGLE):g} deg")
+        return self
+
+
+@dataclass(frozen=True)
+class Smallest(ABC):
+    """A cam as small as it can be.
+
+    base_radius, largest_radius: in m. least_radius: of curvature of the contour in m where it is convex, negative where it is
+    undercut, infinite where it is nowhere convex; sharpest: the cam angle there in rad.
+    whole: whether a least radius that is not negative says by itself that nothing is cut away.
+    """
+
+    base_radius: float
+    largest_radius: float
+    least_radius: float
+    sharpest: float
+
+    whole: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def placed(self) -> Mapping[str, float]:
+        """The keys of the follower that make it this cam, in SI."""
+
+    @abstractmethod
+    def summary(self) -> dict[str, Any]:
+        """Of its contour, as a result states it."""
+
+    def _of_contour(self, inward: float) -> dict[str, Any]:
+        """The same for any follower. inward: how far the contour lies inside the curve whose radii are known."""
+        return {
+            "follower": dict(self.placed),
+            "base_radius": self.base_radius - inward,
+            "largest_radius": self.largest_radius - inward,
+            "min_curvature_radius": self.least_radius if math.isfinite(self.least_radius) else None,
+        }
