@@ -14,6 +14,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import standard_law
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.tables.motion_law import MotionLaw
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics, even_angles
 
@@ -49,7 +50,7 @@ class Vibrations:
 
 def vibrations(
     output: ElasticOutput,
-    law: Law,
+    motion: MotionLaw,
     original: ShaftMotion,
     corrected: ShaftMotion,
     dwells: tuple[Dwell, ...],
@@ -60,8 +61,8 @@ def vibrations(
     Each lever is taken to move alike over tau at all mean speeds: exact without a drive, whose fluctuation is in proportion to
     the speed.
     """
-    omega, notes = corrected.mean, list[str]()
-    clean = law if isinstance(law, Harmonics) else truncated(law, _MOST_ORDERS).series
+    law, omega, notes = motion.law, corrected.mean, list[str]()
+    clean = motion.series or truncated(law, _MOST_ORDERS).series
     moved = tuple(Dwell(float(original.time(d.begin)), float(original.time(d.end)), d.value) for d in dwells)
     levers = [LeverWithDwells("original cam", _series(MotionOverTime(law, original)), moved)]
     levers.append(LeverWithDwells("corrected cam", clean, dwells))

@@ -96,7 +96,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     both, output, twisting = (original.shaft, motion), plan.output, plan.twisting
     swung = twisted = None
     if output is not None:
-        swung = work.unit("output", lambda: vibrations(output, law, *both, plan.dwells, plan.speeds))
+        swung = work.unit("output", lambda: vibrations(output, plan.motion, *both, plan.dwells, plan.speeds))
     if twisting is not None:
         inertia = plan.shaft.output_inertia
         twisted = work.unit("twist", lambda: twists(twisting, law, plan.count, inertia, *both))
