@@ -19,7 +19,6 @@ FLOORS = [
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
            for path in sorted(SOURCE.rglob("*.py"))}  # fmt: skip
-STILL_IMPORT_OTHERS = {"cam_correction"}
 STUDIES = sorted(p.parent.name for p in (SOURCE / "studies").glob("*/spec.py"))
 
 
@@ -112,7 +111,7 @@ def test_specs_know_no_machine(study: str) -> None:
     assert not floors & {"machines", "files", "analysis"}
 
 
-@pytest.mark.parametrize("study", sorted(set(STUDIES) - STILL_IMPORT_OTHERS))
+@pytest.mark.parametrize("study", STUDIES)
 def test_no_study_imports_another(study: str) -> None:
     """What two of them need is an engine, or shared keys, and lies below them."""
     others = {

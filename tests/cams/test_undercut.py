@@ -151,12 +151,12 @@ def test_the_sentence_names_a_wheel_that_will_do():
     """To five digits: the next larger number will not do any more."""
     cam = waisted(0.01)
     with pytest.raises(InputError, match="too hollow for it at a cam angle of") as error:
-        check_wheel(cam, 1.0)
+        cam.check_wheel(1.0)
     assert error.value.where == "wheel_radius"
     told = float(re.search(r"at most (\S+) m", str(error.value)).group(1))
-    check_wheel(cam, told)
+    cam.check_wheel(told)
     with pytest.raises(InputError):
-        check_wheel(cam, told * 1.0002)
+        cam.check_wheel(told * 1.0002)
 
 
 def test_a_wheel_is_no_larger_than_the_hollow_it_must_reach():
