@@ -10,7 +10,7 @@ from typing import Any, TypeGuard, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError, code_of, nearest
 from wucht.quantities import Unit, article
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -20,9 +20,9 @@ def table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
     """The sub-table ``key``. Raises ``InputError`` if it is missing or no table."""
     value = document.get(key)
     if value is None:
-        raise InputError(where, None, f"the table [{where}] is missing")
+        raise InputError(where, None, f"the table [{where}] is missing", code="missing")
     if not isinstance(value, dict):
-        raise InputError(where, value, f"must be a table: [{where}]")
+        raise InputError(where, value, f"must be a table: [{where}]", code="type")
     return value
 
 
@@ -31,7 +31,8 @@ def refuse_unknown(document: Mapping[str, Any], known: Iterable[str], where: str
     known = list(known)
     for key, value in document.items():
         if key not in known:
-            raise InputError(f"{where}.{key}" if where else key, value, f"unknown key; {nearest(key, known)}")
+            at = f"{where}.{key}" if where else key
+            raise InputError(at, value, f"unknown key; {nearest(key, known)}", code="unknown-key")
 
 
 def fields_of(cls: type[BaseModel], given: bool = False) -> dict[str, FieldInfo]:
@@ -53,16 +54,16 @@ def read_quantity(unit: Unit, given: object, where: str) -> float:
     try:
         return unit.parse(given)
     except ValueError as error:
-        raise InputError(where, given, str(error)) from None
+        raise InputError(where, given, str(error), code=code_of(error)) from None
 
 
 def text(document: Mapping[str, Any], key: str, where: str) -> str | None:
     """The text under a key, None if there is none. Raises ``InputError`` if it is something else or empty."""
     value, at = document.get(key), f"{where}.{key}" if where else key
     if value is not None and (not isinstance(value, str) or not value.strip()):
-        raise InputError(at, value, "must be a text")
+        raise InputError(at, value, "must be a text", code="type")
     if value is not None and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in value):
-        raise InputError(at, value, "must be a text without control characters")
+        raise InputError(at, value, "must be a text without control characters", code="control-characters")
     return value
 
 
@@ -78,11 +79,12 @@ def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[st
     if value is None:
         for other in document:
             if get_close_matches(key, [other], cutoff=0.6):
-                raise InputError(f"{where}.{other}", document[other], f"unknown key; did you mean {key!r}?")
-        raise InputError(at, None, f"this key is missing; known: {', '.join(known)}")
+                raise InputError(f"{where}.{other}", document[other], f"unknown key; did you mean {key!r}?", code="unknown-key")
+        raise InputError(at, None, f"this key is missing; known: {', '.join(known)}", code="missing")
     if isinstance(value, str) and value in known:
         return value
-    raise InputError(at, value, f"unknown {key}; {nearest(value if isinstance(value, str) else '', known)}")
+    allowed = nearest(value if isinstance(value, str) else "", known)
+    raise InputError(at, value, f"unknown {key}; {allowed}", code="unknown-name")
 
 
 def located(cls: type[BaseModel], error: ValidationError, where: str, document: Mapping[str, Any]) -> InputError:
@@ -114,18 +116,19 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     what, in_unit = field.description or key, f" in {unit}" if unit else ""
     if kind == "missing":
-        return InputError(at, None, f"this key is missing; needed is the {what}{in_unit}")
+        return InputError(at, None, f"this key is missing; needed is the {what}{in_unit}", code=kind)
     given = document.get(key, given) if isinstance(document, Mapping) else given
     if kind == "extra_forbidden":
-        return InputError(at, given, f"unknown key; {nearest(key, fields)}")
+        return InputError(at, given, f"unknown key; {nearest(key, fields)}", code="unknown-key")
     if unit and isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors()):
-        return InputError(at, given, "must be one number, or a pair [x, y]")
+        return InputError(at, given, "must be one number, or a pair [x, y]", code="pair")
     bounds = {side: getattr(m, side) for side in ("ge", "le") for m in field.metadata if hasattr(m, side)}
     if kind in ("greater_than_equal", "less_than_equal") and len(bounds) == 2:
         between = "a whole number from {ge:g} to {le:g}" if field.annotation is int else "between {ge:g} and {le:g}"
         suffix = f" {unit}" if unit and field.annotation is not int else ""
-        return InputError(at, given, f"must be {between.format(**bounds)}{suffix}")
-    return InputError(at, given, _allowed(kind, context, what, unit, first["msg"]))
+        return InputError(at, given, f"must be {between.format(**bounds)}{suffix}", code="limits")
+    code = code_of(own) if isinstance(own, ValueError) else _CODES.get(kind, "type")
+    return InputError(at, given, _allowed(kind, context, what, unit, first["msg"]), code=code)
 
 
 def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[BaseModel], list[int | str]]:
@@ -149,6 +152,12 @@ def models_in(annotation: Any) -> list[type[BaseModel]]:
     return [m for inner in get_args(annotation) for m in models_in(inner)]
 
 
+_CODES = {
+    **dict.fromkeys(("greater_than", "greater_than_equal", "less_than", "less_than_equal"), "limits"),
+    **dict.fromkeys(("too_short", "too_long", "string_too_short", "string_too_long"), "length"),
+    "literal_error": "unknown-name",
+    "string_pattern_mismatch": "no-name",
+}
 _LIMITS = {"gt": "greater than", "ge": "of at least", "le": "of at most", "lt": "less than"}
 
 

@@ -11,7 +11,14 @@ _MOST_KNOWN = 200  # names that are listed; all of the catalogue
 
 
 class WuchtError(Exception):
-    """A sentence for the user. Base class of all errors that wucht raises on purpose."""
+    """A sentence for the user. Base class of all errors that wucht raises on purpose.
+
+    code: what is wrong, in a word or two that stay when the sentence is worded anew; empty where class and place say it.
+    """
+
+    def __init__(self, sentence: str, *, code: str = "") -> None:
+        super().__init__(sentence)
+        self.code = code
 
 
 class InputError(WuchtError):
@@ -21,30 +28,30 @@ class InputError(WuchtError):
     the file itself is wrong. shown: what was given, in brief.
     """
 
-    def __init__(self, where: str, given: object, allowed: str, file: str = "", key: str | None = None) -> None:
+    def __init__(self, where: str, given: object, allowed: str, file: str = "", key: str | None = None, code: str = "") -> None:
         self.where, self.given, self.allowed = where, given, allowed
         self.file, self.key = file, where if key is None else key
         self.shown = "" if given is None else _brief(given)
-        super().__init__(f"{where}:{f' given {self.shown};' if self.shown else ''} {allowed}")
+        super().__init__(f"{where}:{f' given {self.shown};' if self.shown else ''} {allowed}", code=code)
 
     @classmethod
-    def of_file(cls, path: object, allowed: str) -> InputError:
+    def of_file(cls, path: object, allowed: str, code: str = "") -> InputError:
         """A file is wrong as a whole, or not there."""
-        return cls(str(path), None, allowed, str(path), "")
+        return cls(str(path), None, allowed, str(path), "", code)
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str, str]]:
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str, str, str]]:
         """So that it can come from another process."""
-        return InputError, (self.where, self.given, self.allowed, self.file, self.key)
+        return InputError, (self.where, self.given, self.allowed, self.file, self.key, self.code)
 
     def within(self, prefix: str, separator: str = ".") -> InputError:
         """The same error, seen from one level further out."""
         where, key = (f"{prefix}{separator}{inner}" if inner else prefix for inner in (self.where, self.key))
-        return InputError(where, self.given, self.allowed, self.file, key)
+        return InputError(where, self.given, self.allowed, self.file, key, self.code)
 
     def in_file(self, path: object) -> InputError:
         """The same error, seen from outside the file that it is in; one that knows its file keeps it."""
         where = f"{path}: {self.where}" if self.where else str(path)
-        return InputError(where, self.given, self.allowed, self.file or str(path), self.key)
+        return InputError(where, self.given, self.allowed, self.file or str(path), self.key, self.code)
 
 
 def _brief(given: object) -> str:
@@ -54,6 +61,19 @@ def _brief(given: object) -> str:
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = "a number of thousands of digits"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 20]} ... {text[-10:]}"
+
+
+class FieldError(ValueError):
+    """A value that a field does not admit: a sentence, or key and sentence; an ``InputError`` when its place is known."""
+
+    def __init__(self, *sentence: str, code: str) -> None:
+        super().__init__(*sentence)
+        self.code = code
+
+
+def code_of(error: ValueError) -> str:
+    """The code of a ``FieldError``, empty for other errors."""
+    return error.code if isinstance(error, FieldError) else ""
 
 
 class RunError(WuchtError):

@@ -21,7 +21,9 @@ def _load(group: str) -> None:
                 import_module(f"{entry.value}.{inner.name}")
         except ImportError as error:
             what = group.rpartition(".")[2]
-            raise WuchtError(f"the {what} {entry.name!r} ({entry.value}) cannot be loaded: {error}") from error
+            raise WuchtError(
+                f"the {what} {entry.name!r} ({entry.value}) cannot be loaded: {error}", code="not-loaded"
+            ) from error
 
 
 def classes_of(family: Any, group: str) -> Iterator[type[Any]]:
@@ -43,5 +45,5 @@ def kinds_of(family: Any, group: str) -> dict[str, type[Any]]:
         if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
             mine, theirs = sorted((cls, other), key=lambda c: c.__module__.startswith("wucht."))
             taken = f"not allowed: {theirs.__module__} has this kind; give yours another name"
-            raise InputError(f"kind of {mine.__module__}.{mine.__name__}", cls.kind, taken)
+            raise InputError(f"kind of {mine.__module__}.{mine.__name__}", cls.kind, taken, code="taken")
     return dict(sorted(kinds.items()))

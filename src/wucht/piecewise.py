@@ -32,9 +32,11 @@ class Pieces(sp.Atom):  # type: ignore[misc]
     def __new__(cls, name: str, breakpoints: Sequence[float], coefficients: Sequence[Sequence[float]]) -> Pieces:  # noqa: D102
         x, c = np.asarray(breakpoints, float), np.asarray(coefficients, float)
         if len(x) < 1 or c.shape != (len(x) + 1, 4):
-            raise WuchtError(f"{name}: {len(x)} breakpoints need {len(x) + 1} pieces of 4 coefficients, not {c.shape}")
+            raise WuchtError(
+                f"{name}: {len(x)} breakpoints need {len(x) + 1} pieces of 4 coefficients, not {c.shape}", code="count"
+            )
         if not (np.isfinite(x).all() and np.isfinite(c).all() and (np.diff(x) > 0).all()):
-            raise WuchtError(f"{name}: the breakpoints must increase, and all numbers be finite")
+            raise WuchtError(f"{name}: the breakpoints must increase, and all numbers be finite", code="not-increasing")
         made: Pieces = super().__new__(cls)
         made.name, made.breakpoints = name, tuple(x.tolist())
         made.coefficients = tuple(tuple(row) for row in c.tolist())

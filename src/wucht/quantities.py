@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from wucht.errors import FieldError
+
 if TYPE_CHECKING:
     import pint
 
@@ -39,10 +41,10 @@ class Unit:
         """
         value = _parse(given, self.si, self.what)
         if not math.isfinite(value):
-            raise ValueError(f"must be a finite {self.what}" + (f" in {self.si}" if self.si else ""))
+            raise FieldError(f"must be a finite {self.what}" + (f" in {self.si}" if self.si else ""), code="not-finite")
         if abs(value) > LARGEST:
             end = f"at most {self.of(LARGEST)}" if value > 0 else f"at least {self.of(-LARGEST)}"
-            raise ValueError(f"must be {article(self.what)} of {end}")
+            raise FieldError(f"must be {article(self.what)} of {end}", code="limits")
         return value
 
     def reads(self, given: object) -> bool:
@@ -57,7 +59,9 @@ class Unit:
         """As ``parse``; what is greater than 0 must be so by ``SMALLEST``: other numbers are divided by it."""
         value = self.parse(given)
         if 0 < value < SMALLEST:
-            raise ValueError(f"must be {article(self.what)} greater than {self.of(0)}, and of at least {self.of(SMALLEST)}")
+            raise FieldError(
+                f"must be {article(self.what)} greater than {self.of(0)}, and of at least {self.of(SMALLEST)}", code="limits"
+            )
         return value
 
     def of(self, value: float) -> str:
@@ -106,16 +110,16 @@ def _parse(given: object, si: str, what: str) -> float:
     examples = f"a number in {si} or a string with a unit such as '1 {si}'" if si else "a number without unit"
     allowed = f"must be {article(what)}, {examples}"
     if isinstance(given, bool) or not isinstance(given, int | float | str):
-        raise ValueError(allowed)
+        raise FieldError(allowed, code="no-quantity")
     if not isinstance(given, str):
         try:
             return float(given)
         except OverflowError:
-            raise ValueError(f"{allowed}; this one is too large") from None
+            raise FieldError(f"{allowed}; this one is too large", code="limits") from None
     split = _NUMBER.fullmatch(given)
     unit = split[2].strip() if split else ""
     if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _of_loggers(unit, si) is None):
-        raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({_remedy(given, si)})")
+        raise FieldError(f"{allowed}; this cannot be read as a number and a unit ({_remedy(given, si)})", code="no-quantity")
     return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
 
 
@@ -143,27 +147,33 @@ def _factor(unit: str, si: str, allowed: str) -> float:
         return COMMON[plain, si]
     for each in (unit, si):
         if len(_POWER_SIGN.findall(each)) != len(_PLAIN_POWER.findall(each)) or len(each) > _LONGEST:
-            raise ValueError(f"{allowed}; {each[:_LONGEST]!r} is no known unit: a power in a unit is a number below 100")
+            raise FieldError(
+                f"{allowed}; {each[:_LONGEST]!r} is no known unit: a power in a unit is a number below 100", code="unknown-unit"
+            )
     import pint as pint_
 
     try:
         parsed: Any = _registry().parse_units(plain)
     except Exception:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user they are one thing.
-        raise ValueError(f"{allowed}; {unit!r} is no known unit") from None
+        raise FieldError(f"{allowed}; {unit!r} is no known unit", code="unknown-unit") from None
     try:
         factor = float(_registry().Quantity(1.0, parsed).to(si or "dimensionless").magnitude)
     except pint_.DimensionalityError:
-        raise ValueError(f"{allowed}; this one is {article(_dimension(parsed))}") from None
+        raise FieldError(f"{allowed}; this one is {article(_dimension(parsed))}", code="dimension") from None
     except Exception:
-        raise ValueError(f"{allowed}; {unit!r} is no unit of a plain scale") from None
+        raise FieldError(f"{allowed}; {unit!r} is no unit of a plain scale", code="unknown-unit") from None
     names = str(parsed)
     if si != "rad/s" and "hertz" in names:
-        raise ValueError(f"{allowed}; Hz counts turns, so that {unit!r} is not clear: write it with s or rad/s")
+        raise FieldError(
+            f"{allowed}; Hz counts turns, so that {unit!r} is not clear: write it with s or rad/s", code="unclear-unit"
+        )
     if si == "rad/s":
         turns = "hertz" in names
         if not turns and not any(angle in names for angle in ("radian", "degree", "turn", "revolution", "rpm", "grad", "arc")):
-            raise ValueError(f"{allowed}; {unit!r} does not say whether turns or radians: write rpm, Hz or rad/s")
+            raise FieldError(
+                f"{allowed}; {unit!r} does not say whether turns or radians: write rpm, Hz or rad/s", code="unclear-unit"
+            )
         return factor * (2 * math.pi if turns else 1.0)
     return factor
 

@@ -100,16 +100,16 @@ class System:
 
     def __post_init__(self) -> None:
         if len(self.states) != len(self.derivatives):
-            raise WuchtError(f"{len(self.states)} states but {len(self.derivatives)} derivatives")
+            raise WuchtError(f"{len(self.states)} states but {len(self.derivatives)} derivatives", code="count")
         _refuse_repeated("state or parameter", [*self.state_names, *self.parameter_names])
         _refuse_repeated("output or quadrature", [o.name for o in (*self.outputs, *self.quadratures)])
         if TIME.name in (*self.state_names, *self.parameter_names):
-            raise WuchtError(f"{TIME} is the time: no state and no parameter may have that name")
+            raise WuchtError(f"{TIME} is the time: no state and no parameter may have that name", code="time-taken")
         known = {*self.states, *self.parameters, TIME}
         for symbol, expression in self.definitions:
             self._refuse_unknown(expression, known, f"the definition of {symbol}")
             if symbol in known:
-                raise WuchtError(f"{symbol} is defined twice, or is a state or a parameter as well")
+                raise WuchtError(f"{symbol} is defined twice, or is a state or a parameter as well", code="defined-twice")
             known.add(symbol)
         for state, expression in zip(self.states, self.derivatives, strict=True):
             self._refuse_unknown(expression, known, f"the derivative of {state}")
@@ -117,14 +117,15 @@ class System:
             self._refuse_unknown(output.expression, known, f"the output {output.name}")
             self._refuse_unknown(output.jump, known, f"the jump of {output.name}")
         if not self.angles <= set(self.states):
-            raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are no states")
+            raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are no states", code="no-angle")
 
     @staticmethod
     def _refuse_unknown(expression: sp.Expr, known: set[sp.Symbol], what: str) -> None:
         unknown = sp.sympify(expression).free_symbols - known
         if unknown:
             raise WuchtError(
-                f"{what} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before"
+                f"{what} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before",
+                code="unknown-symbol",
             )
 
     @cached_property
@@ -152,14 +153,14 @@ class System:
         """Parameter values in order, from a mapping by name. Raises ``WuchtError`` on a missing one."""
         missing = [name for name in self.parameter_names if name not in given]
         if missing:
-            raise WuchtError(f"no value for the parameter {', '.join(missing)}")
+            raise WuchtError(f"no value for the parameter {', '.join(missing)}", code="no-value")
         return tuple(float(given[name]) for name in self.parameter_names)
 
 
 def _refuse_repeated(what: str, names: Iterable[str]) -> None:
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
-        raise WuchtError(f"two times a {what} of the name {', '.join(twice)}: each needs a name of its own")
+        raise WuchtError(f"two times a {what} of the name {', '.join(twice)}: each needs a name of its own", code="name-twice")
 
 
 def substitute_definitions(expression: sp.Expr, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:

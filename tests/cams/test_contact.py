@@ -1,11 +1,11 @@
 """What presses on a cam: against virtual work, energy, an eccentric circle, and Hertz by hand."""
 
 import math
-import re
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.refusals import refused
 
 from wucht.cams.contact import (
     FollowerLoad,
@@ -268,7 +268,7 @@ def test_hertz_of_two_materials_of_hollow_contours_and_of_nothing():
     assert both / hertz_pressure(force, 0.02, np.array([20.0]), 100.0, (STEEL, STEEL)) == pytest.approx(ratio)
     assert hertz_pressure(force, 0.02, np.array([-100.0]), 100.0, (STEEL, STEEL)) == 0
     assert hertz_pressure(force, 0.02, np.array([-99.0]), 100.0, (STEEL, STEEL)) > 0
-    with pytest.raises(InputError, match=r"follower.roller_radius: given 0.01; the contour is more hollow .* 0.00990099 m"):
+    with refused("follower.roller_radius", "0.00990099 m", given=0.01):
         hertz_pressure(force, 0.02, np.array([-101.0]), 100.0, (STEEL, STEEL))
     assert (hertz_pressure(np.array([0.0, -5.0]), 0.02, np.array([20.0, 20.0]), 100.0, (STEEL, STEEL)) == 0).all()
 
@@ -304,27 +304,27 @@ def test_a_lever_in_line_with_the_cam_cannot_be_driven():
         if fine:
             contact_forces(cam, LEVER_LOAD, 10.0, PHI)
             continue
-        with pytest.raises(InputError, match=r"follower: at a cam angle of .* the pressure angle reaches 90 deg"):
+        with refused("follower", "90 deg", given=None):
             contact_forces(cam, LEVER_LOAD, 10.0, PHI)
 
 
 @pytest.mark.parametrize(
-    ("make", "sentence"),
+    ("make", "refusal"),
     [
-        (lambda: FollowerLoad(-1.0), "inertia: given -1.0; must be a finite number, not negative"),
-        (lambda: FollowerLoad(1.0, stiffness=math.nan), "stiffness: given nan; must be a finite number, not negative"),
-        (lambda: FollowerLoad(1.0, damping=-0.1), "damping: given -0.1; must be"),
-        (lambda: FollowerLoad(1.0, preload=math.inf), "preload: given inf; must be a finite number"),
-        (lambda: Material(0.0, 0.3), "modulus: given 0.0; must be greater than zero (in Pa)"),
-        (lambda: Material(1e9, 0.6), "poisson: given 0.6; must lie between -1 and 0.5"),
-        (lambda: contact_forces(*CAMS["rod"], -1.0, PHI), "speed: it must be a number, and nowhere negative"),
-        (lambda: contact_forces(*CAMS["rod"], math.nan, PHI), "speed: it must be a number, and nowhere negative"),
-        (lambda: contact_forces(*CAMS["rod"], np.ones(2), PHI), "speed: samples must be one row of 3 or more"),
-        (lambda: conjugate_forces(PAIR, LEVER_LOAD, 1.0, PHI, 1.1), "share: given 1.1; must lie between 0 and 1"),
-        (lambda: conjugate_forces(PAIR, FollowerLoad(1.0, preload=-1.0), 1.0, PHI), "preload: given -1.0; two cams squeeze"),
-        (lambda: hertz_pressure(PHI, 0.0, PHI, 1.0, (STEEL, STEEL)), "width: given 0.0; must be greater than zero (in m)"),
+        (lambda: FollowerLoad(-1.0), refused("inertia", given=-1.0)),
+        (lambda: FollowerLoad(1.0, stiffness=math.nan), refused("stiffness", given=float("nan"))),
+        (lambda: FollowerLoad(1.0, damping=-0.1), refused("damping", given=-0.1)),
+        (lambda: FollowerLoad(1.0, preload=math.inf), refused("preload", given=float("inf"))),
+        (lambda: Material(0.0, 0.3), refused("modulus", given=0.0)),
+        (lambda: Material(1e9, 0.6), refused("poisson", "-1", "0.5", given=0.6)),
+        (lambda: contact_forces(*CAMS["rod"], -1.0, PHI), refused("speed", given=None)),
+        (lambda: contact_forces(*CAMS["rod"], math.nan, PHI), refused("speed", given=None)),
+        (lambda: contact_forces(*CAMS["rod"], np.ones(2), PHI), refused("speed", given=None)),
+        (lambda: conjugate_forces(PAIR, LEVER_LOAD, 1.0, PHI, 1.1), refused("share", given=1.1)),
+        (lambda: conjugate_forces(PAIR, FollowerLoad(1.0, preload=-1.0), 1.0, PHI), refused("preload", given=-1.0)),
+        (lambda: hertz_pressure(PHI, 0.0, PHI, 1.0, (STEEL, STEEL)), refused("width", "m", given=0.0)),
     ],
 )
-def test_bad_input_is_refused_by_its_sentence(make, sentence):
-    with pytest.raises(InputError, match=re.escape(sentence)):
+def test_bad_input_is_refused_by_its_sentence(make, refusal):
+    with refusal:
         make()

@@ -2,40 +2,40 @@
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 from wucht.cams.demands import at_least, finite, not_negative, places, positive
-from wucht.errors import InputError
 
 
 @pytest.mark.parametrize("value", [0.0, -1e-9, float("nan"), float("inf")])
 def test_a_positive_number(value):
-    with pytest.raises(InputError, match=r"tolerance: given .*; must be a positive number"):
+    with refused("tolerance"):
         positive("tolerance", value)
     assert positive("tolerance", 1e-300) == 1e-300
 
 
 @pytest.mark.parametrize("value", [-1e-300, float("nan"), float("inf")])
 def test_a_number_that_is_not_negative(value):
-    with pytest.raises(InputError, match=r"damping: given .*; must not be negative"):
+    with refused("damping"):
         not_negative("damping", value)
     assert not_negative("damping", 0.0) == 0.0
 
 
 @pytest.mark.parametrize("value", [2, -3, 3.5, float("nan"), True])
 def test_a_whole_number(value):
-    with pytest.raises(InputError, match=r"count: given .* 3 or more"):
+    with refused("count"):
         at_least("count", value, 3)
     assert at_least("count", np.int64(3), 3) == 3
 
 
 @pytest.mark.parametrize("value", [-1, 13, 2.5, float("nan"), True])
 def test_decimals(value):
-    with pytest.raises(InputError, match="from 0 to 12"):
+    with refused("decimals", "12"):
         places("decimals", value)
     assert [places("decimals", d) for d in (0, 12)] == [0, 12]
 
 
 def test_values_that_are_no_numbers():
-    with pytest.raises(InputError, match="curve: it gives values that are no numbers"):
+    with refused("curve", code="not-finite"):
         finite("curve", np.array([1.0, np.nan]))
     assert finite("curve", np.array([1.0])).tolist() == [1.0]

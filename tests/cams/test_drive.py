@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 from wucht.cams.drive import CamDrive, drive_from, laws
 from wucht.cams.followers.flat_faced import FlatFacedCam
@@ -146,17 +147,17 @@ WRONG = [
 
 @pytest.mark.parametrize(("tables", "sentence"), WRONG, ids=[s[:40] for _, s in WRONG])
 def test_what_is_refused(tables, sentence):
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         made = drive_from({k: v for k, v in ({"law": LAW} | tables).items() if v is not None}, "", Path())
         assert made.motion.law is not None
         if made.linkage is not None:
             assert made.closure is not None
         assert made.turning is not None
-    assert str(refused.value).startswith(sentence)
+    assert str(raised.value).startswith(sentence)
 
 
 def test_what_is_missing_is_asked_for_where_it_is_needed():
-    with pytest.raises(InputError, match=r"follower: the table \[follower\] is missing"):
+    with refused("follower", given=None):
         drive().cams(drive().motion.law)
-    with pytest.raises(InputError, match=r"speed: the table \[speed\] is missing"):
+    with refused("speed", given=None):
         assert drive().turning

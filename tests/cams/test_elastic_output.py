@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.refusals import refused
 
 from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, excited, truncated
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import STANDARD_LAWS
 from wucht.cams.laws.synthesis import Band, synthesise
-from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -238,35 +238,35 @@ def test_weights_from_a_resonance_give_the_law_with_the_least_acceleration_of_th
 
 
 @pytest.mark.parametrize(
-    ("values", "where"),
+    ("values", "refusal"),
     [
-        ((0.0, 1.0, 0.0), "output.inertia"),
-        ((math.nan, 1.0, 0.0), "output.inertia"),
-        ((1.0, -1.0, 0.0), "output.stiffness"),
-        ((1.0, math.inf, 0.0), "output.stiffness"),
-        ((1.0, 1.0, -0.1), "output.damping"),
+        ((0.0, 1.0, 0.0), refused("output.inertia", given=0.0)),
+        ((math.nan, 1.0, 0.0), refused("output.inertia", given=float("nan"))),
+        ((1.0, -1.0, 0.0), refused("output.stiffness", given=-1.0)),
+        ((1.0, math.inf, 0.0), refused("output.stiffness", given=float("inf"))),
+        ((1.0, 1.0, -0.1), refused("output.damping", given=-0.1)),
     ],
 )
-def test_an_impossible_output_is_refused(values, where):
-    with pytest.raises(InputError, match=where):
+def test_an_impossible_output_is_refused(values, refusal):
+    with refusal:
         ElasticOutput(*values)
 
 
 @pytest.mark.parametrize("omega", [0.0, -3.0, math.nan, math.inf])
 def test_a_speed_that_is_not_positive_is_refused(omega):
     for ask in (OUTPUT.steady, OUTPUT.elastic_part, OUTPUT.tuned):
-        with pytest.raises(InputError, match=r"omega: .*must be a positive number of rad/s"):
+        with refused("omega", "s"):
             ask(LAW, omega)
-    with pytest.raises(InputError, match="omega"):
+    with refused("omega"):
         OUTPUT.weights(3, omega)
 
 
 def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_without_that_order():
     undamped = ElasticOutput(0.05, 2000.0)
     omega = undamped.natural_frequency / 3
-    with pytest.raises(InputError, match=r"order 3 of the lever meets .* give damping, or another speed"):
+    with refused("omega"):
         undamped.steady(LAW, omega)
-    with pytest.raises(InputError, match="order 3"):
+    with refused("omega"):
         undamped.weights(3, omega)
     assert np.isinf(undamped.response(200.0))
     without = Harmonics.of(0.0, [1.0, 0.5, 0.0, 0.2])
@@ -274,38 +274,38 @@ def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_wit
 
 
 @pytest.mark.parametrize(
-    ("omega", "what"),
+    ("omega", "refusal"),
     [
-        (50.0, "order 4 lies at 1 times .* too near"),
-        (49.0, "order 4 .* too near"),
-        (250.0, "order 4 lies at 5 times .* too far"),
+        (50.0, refused("law", given=None)),
+        (49.0, refused("law", given=None)),
+        (250.0, refused("law", given=None)),
     ],
 )
-def test_a_lever_is_not_tuned_to_an_order_that_makes_it_unreasonable(omega, what):
+def test_a_lever_is_not_tuned_to_an_order_that_makes_it_unreasonable(omega, refusal):
     undamped = ElasticOutput(0.05, 2000.0)
-    with pytest.raises(InputError, match=what):
+    with refusal:
         undamped.tuned(LAW, omega)
     if omega != 50.0:
         same(undamped.steady(undamped.tuned(LAW, omega, math.inf), omega), LAW, 1e-12)
     else:
         odd = ElasticOutput(0.07, 1900.0)
         assert 0 < abs(1 / odd.response(odd.natural_frequency / 3 * 3 * (1 + 1e-15))) < 1e-12  # but for rounding
-        with pytest.raises(InputError, match="order 3"):
+        with refused("law", given=None):
             odd.tuned(LAW, odd.natural_frequency / 3 * (1 + 1e-15), math.inf)
 
 
 def test_other_input_that_makes_no_sense_is_refused():
-    with pytest.raises(InputError, match="most"):
+    with refused("most", given=1.0):
         OUTPUT.tuned(LAW, 10.0, 1.0)
-    with pytest.raises(InputError, match="dwell"):
+    with refused("dwell", given=[0.0, 7.0]):
         Dwell(0.0, 7.0)
-    with pytest.raises(InputError, match=r"dwell\.value"):
+    with refused("dwell.value", given=float("nan")):
         Dwell(0.0, 1.0, math.nan)
-    with pytest.raises(InputError, match="dwells"):
+    with refused("dwells", given=None):
         OUTPUT.residual(LAW, 10.0, [])
-    with pytest.raises(InputError, match="speeds"):
+    with refused("speeds", given=None):
         OUTPUT.residual_over_speed(LAW, np.zeros(0), [DWELL])
-    with pytest.raises(InputError, match="orders"):
+    with refused("orders", given=50):
         truncated(POLYNOMIAL, 50, 100)
-    with pytest.raises(InputError, match="a law without a dwell: dwells"):
+    with refused("a law without a dwell: dwells", given=None):
         excited(OUTPUT, [LeverWithDwells("a law without a dwell", LAW, ())], 10.0)

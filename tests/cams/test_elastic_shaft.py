@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.refusals import failed, refused
 
 from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, OriginalCam
 from wucht.cams.laws.closed_forms import equiripple
-from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -176,49 +176,47 @@ def test_a_heavy_output_on_a_light_cam_needs_more_steps_and_is_found():
 
 
 def test_where_the_cam_would_turn_back_it_says_so():
-    with pytest.raises(
-        RunError, match=r"at 20 rad/s the cam would have to stand still or turn back.*by itself it swings about"
-    ):
+    with failed("stands-still", "20 rad/s"):
         ElasticShaft(0.02, 700.0, 0.1).turning(OriginalCam(LAW, 0.2), DRIVE, OMEGA)
 
 
 def test_where_no_motion_is_found_it_says_how_far_it_came():
-    with pytest.raises(RunError, match=r"no periodic motion .* steps of Newton's method .* N m were out of balance.*stiffer"):
+    with failed("no-convergence", "N", "m"):
         ElasticShaft(0.02, 300.0, 0.1).turning(CorrectedCam(LAW, 0.2), DRIVE, OMEGA)
 
 
 def test_an_undamped_shaft_in_resonance_says_so():
-    with pytest.raises(RunError, match=r"in resonance, undamped: by itself it swings about 3 times a turn"):
+    with failed("resonance", "3"):
         ElasticShaft(0.02, 0.02 * (3 * OMEGA) ** 2).turning(OriginalCam(LAW, 0.0), DRIVE, OMEGA)
 
 
 @pytest.mark.parametrize(
-    ("values", "where"),
+    ("values", "refusal"),
     [
-        ((0.0, 1.0, 0.0), r"shaft\.inertia"),
-        ((1.0, 0.0, 0.0), r"shaft\.stiffness"),
-        ((1.0, math.nan, 0.0), r"shaft\.stiffness"),
-        ((1.0, 1.0, -1e-9), r"shaft\.damping"),
+        ((0.0, 1.0, 0.0), refused("shaft.inertia", given=0.0)),
+        ((1.0, 0.0, 0.0), refused("shaft.stiffness", given=0.0)),
+        ((1.0, math.nan, 0.0), refused("shaft.stiffness", given=float("nan"))),
+        ((1.0, 1.0, -1e-9), refused("shaft.damping", given=-1e-09)),
     ],
 )
-def test_an_impossible_shaft_is_refused(values, where):
-    with pytest.raises(InputError, match=where):
+def test_an_impossible_shaft_is_refused(values, refusal):
+    with refusal:
         ElasticShaft(*values)
 
 
 @pytest.mark.parametrize("cam", CAMS)
 def test_an_output_of_negative_inertia_is_refused(cam):
-    with pytest.raises(InputError, match=r"load\.inertia"):
+    with refused("load.inertia", given=-0.1):
         cam(LAW, -0.1)
 
 
 def test_other_input_that_makes_no_sense_is_refused():
     load = OriginalCam(LAW, J)
     for omega in (0.0, -1.0, math.nan):
-        with pytest.raises(InputError, match="omega"):
+        with refused("omega"):
             SHAFT.turning(load, DRIVE, omega)
     for points in (63, 6, 2):
-        with pytest.raises(InputError, match=r"points: .* at least 8 for a drive of 3 orders"):
+        with refused("points"):
             SHAFT.turning(load, DRIVE, OMEGA, points)
-    with pytest.raises(InputError, match=r"drive: the flywheel must not stand still .* an angle in rad"):
+    with refused("drive", given=None):
         SHAFT.turning(load, Harmonics.of(0.0, [0.0, 0.6]), OMEGA)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.refusals import failed, refused
 
 from wucht.cams.correction import CorrectedLaw, above
 from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
@@ -15,7 +16,6 @@ from wucht.cams.linkages.four_bar_and_slider_crank import FourBar
 from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.milled import MilledCam
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics, even_angles
 
 LAW = equiripple(5, math.radians(120), math.radians(24))
@@ -78,8 +78,8 @@ def test_a_cam_moves_its_flat_face_as_the_law_says(clockwise):
 
 def test_what_cannot_be_is_a_sentence():
     points = 0.05 * np.exp(1j * even_angles(9))
-    with pytest.raises(InputError, match="at least 10 points"):
+    with refused("points", "10", given=9):
         MilledCam(points, LEVER)
     small = 0.001 * np.exp(-1j * even_angles(100))
-    with pytest.raises(RunError, match="does not touch the contour"):
+    with failed("no-contact"):
         MilledCam(small, LEVER).motion(np.zeros(1), np.zeros(1))

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from tests.refusals import failed, refused
 
 from wucht.cams.followers.flat_faced import FlatFacedCam, smallest_flat_faced_cam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller, smallest_lever_cam
@@ -13,7 +14,6 @@ from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import STANDARD_LAWS
-from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -131,7 +131,7 @@ def test_half_the_swing_is_the_least_pressure_angle(outward):
     found = smallest_lever_cam(SWING, ARM, ROLLER, 1.01 * half, outward=outward)
     assert steepest(RollerCam(SWING, found.follower)) <= 1.01 * half + 1e-9
     for angle in (0.99 * half, (0.99 * half, 1.0)):
-        with pytest.raises(InputError, match=r"pressure_angle: .*half the lever's swing") as error:
+        with refused("pressure_angle", given="12.8034 deg") as error:
             smallest_lever_cam(SWING, ARM, ROLLER, angle, outward=outward)
     told = float(re.search(r"greater than (\S+) deg", str(error.value)).group(1)) * DEG
     assert told == pytest.approx(half, rel=1e-5)
@@ -311,24 +311,24 @@ def test_a_lever_cam_goes_round_its_shaft(outward):
 
 @pytest.mark.slow
 def test_a_shaft_beyond_all_bounds_is_refused():
-    with pytest.raises(RunError, match="no cam round a shaft of that radius was found"):
+    with failed("no-cam"):
         smallest_lever_cam(SWING, ARM, ROLLER, 45 * DEG, shaft_radius=1e9)
 
 
 @pytest.mark.parametrize(
-    ("make", "sentence"),
+    ("make", "refusal"),
     [
-        (lambda: smallest_lever_cam(SWING, 0.0, 0.01, 0.5), "arm: given 0.0; must be greater than zero (in m)"),
-        (lambda: smallest_lever_cam(SWING, 0.1, -0.01, 0.5), "roller_radius: given -0.01; must be zero or greater than zero"),
-        (lambda: smallest_rod_cam(LIFT, 0.01, 0.0), "pressure_angle: given 0.0; must be greater than zero and at most 89 deg"),
-        (lambda: smallest_rod_cam(LIFT, 0.01, (0.5, 1.56)), "pressure_angle: given 1.56; must be greater than zero"),
-        (lambda: smallest_rod_cam(LIFT, 0.01, math.nan), "pressure_angle: given nan; must be"),
-        (lambda: smallest_rod_cam(Harmonics.of(0.01), 0.01, 0.5), "law: it does not move"),
-        (lambda: smallest_rod_cam(LIFT, 0.0, 0.5, least_radius=0.0), "least_radius: given 0.0; must be greater than zero"),
-        (lambda: smallest_flat_faced_cam(LIFT, -0.1), "least_radius: given -0.1; must be zero or greater than zero"),
-        (lambda: smallest_flat_faced_cam(LIFT, 0.1, shaft_radius=math.inf), "shaft_radius: given inf; must be zero or greater"),
+        (lambda: smallest_lever_cam(SWING, 0.0, 0.01, 0.5), refused("arm", given=0.0)),
+        (lambda: smallest_lever_cam(SWING, 0.1, -0.01, 0.5), refused("roller_radius", given=-0.01)),
+        (lambda: smallest_rod_cam(LIFT, 0.01, 0.0), refused("pressure_angle", "89 deg", given=0.0)),
+        (lambda: smallest_rod_cam(LIFT, 0.01, (0.5, 1.56)), refused("pressure_angle", given=1.56)),
+        (lambda: smallest_rod_cam(LIFT, 0.01, math.nan), refused("pressure_angle", given=float("nan"))),
+        (lambda: smallest_rod_cam(Harmonics.of(0.01), 0.01, 0.5), refused("law", given=None)),
+        (lambda: smallest_rod_cam(LIFT, 0.0, 0.5, least_radius=0.0), refused("least_radius", given=0.0)),
+        (lambda: smallest_flat_faced_cam(LIFT, -0.1), refused("least_radius", given=-0.1)),
+        (lambda: smallest_flat_faced_cam(LIFT, 0.1, shaft_radius=math.inf), refused("shaft_radius", given=float("inf"))),
     ],
 )
-def test_bad_input_is_refused_by_its_sentence(make, sentence):
-    with pytest.raises(InputError, match=re.escape(sentence)):
+def test_bad_input_is_refused_by_its_sentence(make, refusal):
+    with refusal:
         make()

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests import refusals
 
 from wucht.cli.set_option import parse_lists
-from wucht.errors import InputError
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]
@@ -99,5 +99,5 @@ def test_values_of_one_key() -> None:
         "u": [1.0, 1.5], "carrier.stiffness": [[1e5, 2e5], [3e5, 4e5]], "study.model": ["full", "slow"],
         "a": ["1 N m s", "2 N m s"],
     }  # fmt: skip
-    with pytest.raises(InputError, match="KEY=VALUE"):
+    with refusals.refused("--vary", "KEY", "VALUE", given="=1,2"):
         parse_lists(["=1,2"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tests.refusals import refused
 
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of, with_parameters
 from wucht.errors import InputError
@@ -16,21 +17,21 @@ def test_the_ends_of_a_range() -> None:
     """A support damps by at least 0; the parameters of one's own equations are any numbers."""
     assert ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (0.0, 1.0)) == (0.0, 1.0)
     assert ends_of(OWN, parameter_of(OWN, "mu"), (-1.0, 1.0)) == (-1.0, 1.0)
-    with pytest.raises(InputError, match="at least 0") as refused:
+    with refused("study.second_range[0]", code="limits") as raised:
         ends_of(MACHINE, parameter_of(MACHINE, "sigma"), (-1.0, 1.0), "second_range")
-    assert refused.value.where == "study.second_range[0]"
-    with pytest.raises(InputError, match="low below high") as refused:
+    assert raised.value.where == "study.second_range[0]"
+    with refused("study.range", given=[1.0, -1.0]) as raised:
         ends_of(OWN, parameter_of(OWN, "mu"), (1.0, -1.0))
-    assert refused.value.where == "study.range"
+    assert raised.value.where == "study.range"
 
 
 def test_values_and_the_subject_with_them() -> None:
     for subject, path in ((MACHINE, "sigma"), (OWN, "mu")):
         (value,) = values_of(subject, parameter_of(subject, path), (0.3,))
         assert with_parameters(subject, {path: value}).values == {**subject.values, path: 0.3}
-        with pytest.raises(InputError) as refused:
+        with pytest.raises(InputError) as raised:
             parameter_of(subject, "nu", "second")
-        assert refused.value.where == "study.second"
-    with pytest.raises(InputError, match="at least 0") as refused:
+        assert raised.value.where == "study.second"
+    with refused("study.values[1]", code="limits") as raised:
         values_of(MACHINE, parameter_of(MACHINE, "sigma"), (0.3, -0.3))
-    assert refused.value.where == "study.values[1]"
+    assert raised.value.where == "study.values[1]"

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
@@ -109,15 +110,20 @@ def test_the_others_carry_none(name):
 
 
 def test_a_wrong_name_is_answered_with_the_nearest():
-    with pytest.raises(InputError, match=r"did you mean 'drozdetskaya-2020/table-5\.1'"):
+    with refused("drozdetskaya-2020/tabel-5.1", "drozdetskaya-2020/table-5.1", given=None):
         load_machine("drozdetskaya-2020/tabel-5.1")
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "sentence"), [("v", 1.0, "unknown parameter"), ("u", -1.0, "at least 0"), ("u", "1 m", "length")]
+    ("path", "value", "refusal"),
+    [
+        ("v", 1.0, refused("machine.set.v", given=1.0)),
+        ("u", -1.0, refused("machine.parameters.u", code="limits")),
+        ("u", "1 m", refused("machine.parameters.u", code="dimension")),
+    ],
 )
-def test_wrong_settings_are_refused(path, value, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_wrong_settings_are_refused(path, value, refusal):
+    with refusal:
         load_machine("drozdetskaya-2020/table-5.1", {path: value})
 
 
@@ -174,30 +180,39 @@ def test_schedules_are_added_to_those_of_the_machine_used(here):
 
 
 @pytest.mark.parametrize(
-    ("lines", "sentence"),
+    ("lines", "refusal"),
     [
-        ("schedules = 3", "schedules: given 3; must be tables"),
-        ("schedules = [1]", "schedules: .*must be tables"),
-        ('schedules = [{ parameter = "drive.slope", points = [[0, 1]] }]', r"schedules\[0\]\.parameter: .*must be a parameter"),
-        ("schedules = [{ points = [[0, 1]] }]", r"schedules\[0\]\.parameter: "),
-        ('schedules = [{ parameter = "load.coefficient", points = [[0, -1]] }]', r"schedules\[0\]\.points .*at least 0"),
-        ('schedules = [{ parameter = "drive.voltage", points = [[0, 1]] }]', "this parameter has a schedule already"),
+        ("schedules = 3", refused("machine.schedules", given=3, file="own.toml")),
+        ("schedules = [1]", refused("machine.schedules", given=[1], file="own.toml")),
+        (
+            'schedules = [{ parameter = "drive.slope", points = [[0, 1]] }]',
+            refused("machine.schedules[0].parameter", given="drive.slope", file="own.toml"),
+        ),
+        ("schedules = [{ points = [[0, 1]] }]", refused("machine.schedules[0].parameter", given=None, file="own.toml")),
+        (
+            'schedules = [{ parameter = "load.coefficient", points = [[0, -1]] }]',
+            refused("machine.schedules[0].points (t = 0)", given=-1.0, file="own.toml"),
+        ),
+        (
+            'schedules = [{ parameter = "drive.voltage", points = [[0, 1]] }]',
+            refused("machine.schedules[1].parameter", given="drive.voltage", file="own.toml"),
+        ),
         (
             "schedules = [" + '{ parameter = "load.coefficient", points = [[0, 1]] },' * 2 + "]",
-            r"schedules\[1\]\.parameter: .*has a schedule already",
+            refused("machine.schedules[1].parameter", given="load.coefficient", file="own.toml"),
         ),
-        ("bodies = []", "not allowed beside use; allowed there are set, schedules and title"),
+        ("bodies = []", refused("machine.bodies", given=None, file="own.toml")),
     ],
 )
-def test_schedules_that_do_not_fit_the_machine_used(here, lines, sentence):
+def test_schedules_that_do_not_fit_the_machine_used(here, lines, refusal):
     Path("own.toml").write_text(f'[machine]\nuse = "practice/fan-on-belt"\n{lines}\n')
-    with pytest.raises(InputError, match=rf"^own\.toml: machine\..*{sentence}"):
+    with refusal:
         load_machine("own.toml")
 
 
 def test_equations_of_another_file_take_no_schedules(here):
     Path("own.toml").write_text('[system]\nuse = "drozdetskaya-2020/figure-2.13"\nschedules = []\n')
-    with pytest.raises(InputError, match=r"system\.schedules: not allowed beside use; allowed there are set and title"):
+    with refused("system.schedules", given=None):
         load_equations("own.toml")
 
 
@@ -217,14 +232,17 @@ def test_a_key_above_its_table(tmp_path: Path, line: str, says: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "says"),
+    ("setting", "refusal"),
     [
-        ('"p3.mass" = 1', r"machine\.set\.p3\.mass: given 1; unknown parameter; did you mean 'p2'"),
-        ('"p1.mass" = -1', r"machine\.bodies\[1\] \(p1\)\.mass: given -1; must be a mass greater than 0 kg"),
+        ('"p3.mass" = 1', refused("machine.set.p3.mass", "outer.toml", "p2", given=1, file="inner.toml")),
+        (
+            '"p1.mass" = -1',
+            refused("machine.bodies[1] (p1).mass", "outer.toml", "0 kg", given=-1, code="limits", file="inner.toml"),
+        ),
     ],
 )
 @pytest.mark.parametrize("titled", [True, False])
-def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, says, titled):
+def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, refusal, titled):
     """It may be set right in a file that uses that one; then nothing is said."""
     machine = (FOLDER / "drozdetskaya-2020/r1.toml").read_text(encoding="utf-8")
     lines = [line for line in machine.splitlines() if titled or not line.startswith("title")]
@@ -232,10 +250,10 @@ def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, says, ti
     Path("inner.toml").write_text(f'[machine]\nuse = "used.toml"\nset = {{ {setting} }}\n')
     Path("middle.toml").write_text('[machine]\nuse = "inner.toml"\nset = { "p2.mass" = 0.126 }\n')
     Path("outer.toml").write_text('[machine]\nuse = "middle.toml"\n')
-    with pytest.raises(InputError, match=rf"^outer\.toml: inner\.toml: {says}") as caught:
+    with refusal as caught:
         load_machine("outer.toml")
     assert caught.value.file == "inner.toml"
     if "p1" in setting:
-        with pytest.raises(InputError, match=r"^outer\.toml: machine\.set\.p4\.mass"):
+        with refused("machine.set.p4.mass", given=1, file="outer.toml"):
             load_machine("outer.toml", {"p1.mass": 0.1, "p4.mass": 1})
         assert load_machine("outer.toml", {"p1.mass": 0.1}).values["p1.mass"] == 0.1

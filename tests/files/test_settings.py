@@ -3,8 +3,8 @@
 import copy
 
 import pytest
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.settings import with_settings
 
@@ -128,42 +128,42 @@ def test_loads_without_a_body_are_on_the_only_rotor():
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "sentence"),
+    ("path", "value", "refusal"),
     [
-        ("carrier.mounts.3.stiffness.x", 1.0, "unknown parameter"),
-        ("carrier.mounts.0.stiffness.x", 1.0, "unknown parameter"),
-        ("carrier.mounts.1.stifness.x", 1.0, "unknown parameter; did you mean 'stiffness'"),
-        ("carrier.mounts.1.stiffness.z", 1.0, "unknown parameter"),
-        ("carrier.mas", 1.0, "did you mean 'mass'"),
-        ("lefd.mass", 1.0, "did you mean 'left'"),
-        ("drive.slope.x", 1.0, "one number here"),
-        ("tracks.u.contact_frequency", 1.0, "unknown parameter"),
-        ("tracks.t.frequency", 1.0, "unknown key; did you mean 'contact_frequency'"),
-        ("tracks.t.contact_frequency", -1.0, "greater than 0"),
-        ("tracks.t.contact_frequency", "3 kg", "contact_frequency: given '3 kg'"),
-        ("loads.left.coefficient", 1.0, "unknown parameter"),
-        ("study.until", 1.0, "from the command line"),
-        ("drive.slope", float("inf"), "finite"),
-        ("carrier.mass", "7 m", "this one is a length"),
+        ("carrier.mounts.3.stiffness.x", 1.0, refused("machine.set.carrier.mounts.3.stiffness.x", given=1.0)),
+        ("carrier.mounts.0.stiffness.x", 1.0, refused("machine.set.carrier.mounts.0.stiffness.x", given=1.0)),
+        ("carrier.mounts.1.stifness.x", 1.0, refused("machine.set.carrier.mounts.1.stifness.x", "stiffness", given=1.0)),
+        ("carrier.mounts.1.stiffness.z", 1.0, refused("machine.set.carrier.mounts.1.stiffness.z", given=1.0)),
+        ("carrier.mas", 1.0, refused("machine.carrier.mas", "mass", code="unknown-key")),
+        ("lefd.mass", 1.0, refused("machine.set.lefd.mass", "left", given=1.0)),
+        ("drive.slope.x", 1.0, refused("machine.set.drive.slope.x", given=1.0)),
+        ("tracks.u.contact_frequency", 1.0, refused("machine.set.tracks.u.contact_frequency", given=1.0)),
+        ("tracks.t.frequency", 1.0, refused("machine.tracks.t.frequency", "contact_frequency", given=1.0)),
+        ("tracks.t.contact_frequency", -1.0, refused("machine.tracks.t.contact_frequency", given=-1.0)),
+        ("tracks.t.contact_frequency", "3 kg", refused("machine.tracks.t.contact_frequency", given="3 kg")),
+        ("loads.left.coefficient", 1.0, refused("machine.set.loads.left.coefficient", given=1.0)),
+        ("study.until", 1.0, refused("machine.set.study.until", given=1.0)),
+        ("drive.slope", float("inf"), refused("machine.drive.slope", code="not-finite")),
+        ("carrier.mass", "7 m", refused("machine.carrier.mass", code="dimension")),
         (
             "drive.transmission.efficiency",
             0.9,
-            r"machine\.drive\.transmission\.ratio: this key is missing; needed is the speed",
+            refused("machine.drive.transmission.ratio", code="missing"),
         ),
         (
             "drive.transmission.ratoi",
             2.0,
-            r"machine\.set\.drive\.transmission\.ratoi: .*unknown parameter; did you mean 'ratio'",
+            refused("machine.set.drive.transmission.ratoi", "ratio", given=2.0),
         ),
-        ("drive.transmission.ratio", "2 m", r"machine\.drive\.transmission\.ratio: .*this one is a length"),
-        ("drive.transmission.ratio", 0, r"machine\.drive\.transmission\.ratio: .*greater than 0"),
-        ("drive.transmission.ratio.x", 1.0, "unknown parameter"),
-        ("drive.transmision.ratio", 2.0, "did you mean 'transmission'"),
-        ("loads.left.viscous.transmission.ratio", 2.0, "unknown parameter"),
-        ("carrier.mounts.1.at.z", 1.0, "unknown parameter"),
-        ("drive.stator.x", 1.0, "unknown parameter; did you mean 'stator'"),
+        ("drive.transmission.ratio", "2 m", refused("machine.drive.transmission.ratio", code="dimension")),
+        ("drive.transmission.ratio", 0, refused("machine.drive.transmission.ratio", code="limits")),
+        ("drive.transmission.ratio.x", 1.0, refused("machine.set.drive.transmission.ratio.x", given=1.0)),
+        ("drive.transmision.ratio", 2.0, refused("machine.set.drive.transmision.ratio", "transmission", given=2.0)),
+        ("loads.left.viscous.transmission.ratio", 2.0, refused("machine.set.loads.left.viscous.transmission.ratio", given=2.0)),
+        ("carrier.mounts.1.at.z", 1.0, refused("machine.set.carrier.mounts.1.at.z", given=1.0)),
+        ("drive.stator.x", 1.0, refused("machine.set.drive.stator.x", given=1.0)),
     ],
 )
-def test_paths_that_lead_nowhere_are_refused(path, value, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_paths_that_lead_nowhere_are_refused(path, value, refusal):
+    with refusal:
         set_in(SCREEN, **{path: value})

@@ -7,12 +7,12 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from tests.refusals import refused
 
 from witness import energy_gap, moved
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.checking import checked
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
@@ -184,7 +184,7 @@ def test_the_line_through_its_working_point_is_upright() -> None:
 
 
 def test_averaged_equations_have_no_place_for_it() -> None:
-    with pytest.raises(InputError, match=r"drive.integral is a state of a controller's own"):
+    with refused("machine", "drive.integral", code="controller"):
         averaged_machine(machine_from(UNBALANCED))
 
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from tests.refusals import Refusal, refused
 
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -29,19 +30,19 @@ def test_values_are_changed_and_the_structure_stays() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "message"),
+    ("values", "refusal"),
     [
-        ({"drum.mas": 1.0}, r"drum\.mas: given 1\.0; unknown parameter; did you mean 'drum\.mass'\?"),
-        ({"drum.mass": -1.0}, r"drum\.mass: given -1\.0; must be a mass greater than 0 kg"),
-        ({"drum.mass": math.nan}, r"drum\.mass: given nan; must be a finite mass in kg"),
-        ({"drum.mass": math.inf}, r"drum\.mass: given inf; must be a finite mass in kg"),
-        ({"carrier.stiffness.y": -1.0}, r"carrier\.stiffness\.y: given -1\.0; must be a stiffness of at least 0"),
-        ({"drum.inertia": 0.01}, r"drum\.inertia: given 0\.01; must be at least m e\^2 = 0\.02 kg m\^2"),
-        ({"drum.eccentricity": 1.0}, r"drum\.eccentricity: given 1\.0; drum\.inertia: must be at least m e\^2 = 2 kg m\^2"),
+        ({"drum.mas": 1.0}, refused("drum.mas", "drum.mass", given=1.0)),
+        ({"drum.mass": -1.0}, refused("drum.mass", "0 kg", given=-1.0, code="limits")),
+        ({"drum.mass": math.nan}, refused("drum.mass", given=float("nan"), code="not-finite")),
+        ({"drum.mass": math.inf}, refused("drum.mass", given=float("inf"), code="not-finite")),
+        ({"carrier.stiffness.y": -1.0}, refused("carrier.stiffness.y", given=-1.0)),
+        ({"drum.inertia": 0.01}, refused("drum.inertia", "2 = 0.02", given=0.01)),
+        ({"drum.eccentricity": 1.0}, refused("drum.eccentricity", "drum.inertia", "2 = 2", given=1.0)),
     ],
 )
-def test_what_the_parts_do_not_allow_is_refused(values: dict[str, float], message: str) -> None:
-    with pytest.raises(InputError, match=f"^{message}"):
+def test_what_the_parts_do_not_allow_is_refused(values: dict[str, float], refusal: Refusal) -> None:
+    with refusal:
         drum().with_values(values)
 
 
@@ -57,14 +58,14 @@ def test_a_file_gets_the_same_sentence() -> None:
 def test_values_are_checked_with_those_of_the_moment() -> None:
     heavy = drum().with_values({"drum.inertia": 5.0})
     assert heavy.with_values({"drum.eccentricity": 1.0}).values["drum.eccentricity"] == 1.0
-    with pytest.raises(InputError, match="inertia"):
+    with refused("drum.eccentricity", given=2.0):
         heavy.with_values({"drum.eccentricity": 2.0})
 
 
 def test_a_dimensionless_machine_refuses_too() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     assert machine.with_values({"u": 2.0}).values["u"] == 2.0
-    with pytest.raises(InputError, match=r"^u: given -1\.0; must be"):
+    with refused("u", given=-1.0, code="limits"):
         machine.with_values({"u": -1.0})
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from asammdf import MDF, Signal
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import SPEED
 
@@ -41,5 +41,5 @@ def test_groups_with_channels_of_one_name(tmp_path):
 def test_text_is_no_channel_of_numbers(tmp_path):
     path = tmp_path / "r.mf4"
     write(path, [("state", T, np.array([b"on", b"off", b"on"]), ""), ("x", T, [1.0, 2, 3], "")])
-    with pytest.raises(InputError, match=r"r.mf4: state: the values must be a list of real numbers"):
+    with refused("r.mf4: state", code="no-numbers"):
         read_recording(path).channel("state")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scipy.io import wavfile
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.measurements.recording import SPEED
 from wucht.measurements.sound_file import read_sound
 
@@ -30,7 +30,7 @@ def test_it_has_no_unit(tmp_path):
     path = tmp_path / "r.wav"
     wavfile.write(path, 1000, np.array([0.1, 0.2], np.float32))
     channel = read_sound(path).channel("1")
-    with pytest.raises(InputError, match=r"r.wav: 1: a sound file has no units"):
+    with refused("r.wav: 1", code="full-scale"):
         channel.in_si(SPEED)
     assert channel.scaled(1000, "rpm").in_si(SPEED).values == pytest.approx([10.472, 20.944], rel=1e-4)
 
@@ -38,5 +38,5 @@ def test_it_has_no_unit(tmp_path):
 def test_it_has_samples(tmp_path):
     path = tmp_path / "r.wav"
     wavfile.write(path, 1000, np.array([], np.int16))
-    with pytest.raises(InputError, match=r"r\.wav: this cannot be read as a sound file: it has no samples"):
+    with refused("r.wav", code="unreadable"):
         read_sound(path)

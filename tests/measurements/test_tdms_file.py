@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import SPEED
 
@@ -45,14 +45,14 @@ def test_groups_with_channels_of_one_name(tmp_path):
 def test_a_channel_without_time(tmp_path):
     path = tmp_path / "r.tdms"
     write(path, ("g", "x", VALUES, {}))
-    with pytest.raises(InputError, match=r"r.tdms: x: the channel has no time: it must be a waveform"):
+    with refused("r.tdms: x", code="no-time"):
         read_recording(path).channel("x")
 
 
 def test_text_is_no_channel_of_numbers(tmp_path):
     path = tmp_path / "r.tdms"
     write(path, ("g", "x", ["a", "b", "c"], {"wf_increment": 0.1}), ("g", "y", VALUES, {"wf_increment": 0.1}))
-    with pytest.raises(InputError, match=r"r.tdms: x: the values must be a list of real numbers"):
+    with refused("r.tdms: x", code="no-numbers"):
         read_recording(path).channel("x")
     assert read_recording(path).channel("y").values.tolist() == VALUES.tolist(), "it does not hinder the others"
 
@@ -60,5 +60,5 @@ def test_text_is_no_channel_of_numbers(tmp_path):
 def test_what_is_no_tdms(tmp_path):
     path = tmp_path / "bad.tdms"
     path.write_text("hello")
-    with pytest.raises(InputError, match=r"bad.tdms: this cannot be read as a TDMS file: it does not begin with TDSm"):
+    with refused("bad.tdms", "TDMS", code="unreadable"):
         read_recording(path)

@@ -5,6 +5,7 @@ import pytest
 import sympy as sp
 from convergence import evaluate, full, order, run
 from pytest import approx, raises
+from tests.refusals import rejected
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
@@ -216,7 +217,7 @@ def test_a_mean_without_a_transformation():
     assert averaging.fast == ()
     assert "denominator" in averaging.reason
     assert averaging.period == 2 * sp.pi
-    with raises(WuchtError, match="no averaging of second order"):
+    with rejected("no-second-order"):
         averaged(system, epsilon, order=2)
 
 
@@ -245,17 +246,17 @@ def test_what_cannot_be_averaged_is_refused_with_a_reason(rate, sentence):
 
 
 def test_changes_of_variables_refuse_what_has_no_meaning():
-    with raises(WuchtError, match="phi is no state"):
+    with rejected("no-state"):
         with_angle_as_time(VAN_DER_POL, phi)
-    with raises(WuchtError, match="depends on t itself"):
+    with rejected("time-dependent", "t"):
         with_angle_as_time(System((phi, x), (1 + x, sp.cos(TIME))), phi)
-    with raises(WuchtError, match="does not turn"):
+    with rejected("does-not-turn"):
         with_angle_as_time(System((phi, x), (sp.S.Zero, x)), phi)
-    with raises(WuchtError, match="r is no state"):
+    with rejected("no-state", "r"):
         with_amplitude_and_phase(VAN_DER_POL, r, v, sp.S.One, r, psi)
-    with raises(WuchtError, match="frequency r depends on r"):
+    with rejected("frequency-varies", "r"):
         with_amplitude_and_phase(VAN_DER_POL, x, v, r, r, psi)
-    with raises(WuchtError, match="x is in the System already"):
+    with rejected("name-taken", "x"):
         with_amplitude_and_phase(VAN_DER_POL, x, v, sp.S.One, x, psi)
 
 

@@ -5,6 +5,7 @@ import math
 import pytest
 import sympy as sp
 from pytest import approx, raises
+from tests.refusals import rejected
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
@@ -96,7 +97,7 @@ def test_the_period_is_of_all_that_is_averaged():
     assert averaged(System((x,), (halved,), (epsilon,)), epsilon).period == 2 * sp.pi
     irrational = System((x,), (halved + epsilon**2 * x * sp.cos(sp.sqrt(2) * TIME),), (epsilon,))
     assert averaged(irrational, epsilon, 2).period is None
-    with raises(WuchtError, match="2\\*pi is no period"):
+    with rejected("other-period", "2"):
         averaged(irrational, epsilon, 2, period=2 * sp.pi)
 
 
@@ -115,24 +116,24 @@ def test_outputs_stay_where_the_fast_part_is_not_known():
 
 
 @pytest.mark.parametrize(
-    "small, sentence",
+    "small, refusal",
     [
-        (x, "x is no parameter"),
-        (TIME, "t is no parameter"),
-        (sp.Symbol("mu", real=True), "mu is no parameter of the System; .*known: epsilon"),
-        (sp.Symbol("epsilon"), "other assumptions"),
-        ("epsilon", "'epsilon' is no symbol"),
-        (2 * epsilon, "is no symbol"),
+        (x, rejected("no-parameter", "x")),
+        (TIME, rejected("no-parameter", "t")),
+        (sp.Symbol("mu", real=True), rejected("no-parameter")),
+        (sp.Symbol("epsilon"), rejected("other-assumptions")),
+        ("epsilon", rejected("no-symbol", "epsilon")),
+        (2 * epsilon, rejected("no-symbol")),
     ],
 )
-def test_what_is_no_small_parameter_is_refused(small, sentence):
-    with raises(WuchtError, match=sentence):
+def test_what_is_no_small_parameter_is_refused(small, refusal):
+    with refusal:
         averaged(System((x,), (epsilon * x,), (epsilon,)), small)
 
 
 @pytest.mark.parametrize("which", [0, 3, 1.0, 2.0, True, "2", None])
 def test_orders_that_are_none_are_refused(which):
-    with raises(WuchtError, match="must be 1 or 2"):
+    with rejected("order", "1", "2"):
         averaged(System((x,), (epsilon * sp.cos(TIME),), (epsilon,)), epsilon, order=which)
 
 
@@ -149,5 +150,5 @@ def test_periods_that_are_none_are_refused():
     for wrong in (sp.pi, 3.0, 0, -2 * sp.pi, sp.oo, sp.I, A):
         with raises(WuchtError, match="is no period"):
             averaged(system, epsilon, period=wrong)
-    with raises(WuchtError, match="is a text"):
+    with rejected("text"):
         averaged(system, epsilon, period="2*pi")

@@ -1,9 +1,8 @@
 """M, C, K of the carrier and what a turning body does to it, read off the same energies."""
 
 import sympy as sp
-from pytest import raises
+from tests.refusals import rejected
 
-from wucht.errors import WuchtError
 from wucht.files.building import machine_from
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -56,13 +55,13 @@ def test_one_direction_only():
 
 def test_a_carrier_that_is_not_linear_is_refused():
     hardening = Energies(potential=kx * x.position**4)
-    with raises(WuchtError, match="stiffness matrix is not constant"):
+    with rejected("not-constant"):
         linear_carrier([SUPPORT, ROTOR, hardening], [x, y], [phi])
     rubbing = Energies(dissipation=bx * vx**4)
-    with raises(WuchtError, match="damping matrix is not constant"):
+    with rejected("not-constant"):
         linear_carrier([SUPPORT, ROTOR, rubbing], [x, y], [phi])
     moving_inertia = Energies(kinetic=m * sp.cos(phi.position) ** 2 * vx**2)
-    with raises(WuchtError, match="mass matrix is not constant"):
+    with rejected("not-constant"):
         linear_carrier([SUPPORT, ROTOR, moving_inertia], [x, y], [phi])
 
 

@@ -16,6 +16,7 @@ import zarr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from tests.refusals import rejected
 
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.errors import WuchtError
@@ -125,7 +126,7 @@ def test_a_group_that_is_not_whole_is_refused(tmp_path: Path, number: int, conte
         files[number].unlink()
     else:
         files[number].write_bytes(content)
-    with pytest.raises(WuchtError, match="a cannot be read"):
+    with rejected("incomplete"):
         archive.read(tmp_path / "a")
 
 
@@ -135,7 +136,7 @@ def test_numbers_of_another_group_are_refused(tmp_path: Path) -> None:
         archive.write(tmp_path / name, {"x": np.full(9, x)})
     numbers = Path("float64") / "c" / "0"
     (tmp_path / "a" / numbers).write_bytes((tmp_path / "b" / numbers).read_bytes())
-    with pytest.raises(WuchtError, match="numbers are missing"):
+    with rejected("incomplete"):
         archive.read(tmp_path / "a")
 
 
@@ -143,7 +144,7 @@ def test_numbers_of_another_group_are_refused(tmp_path: Path) -> None:
 def test_reading_makes_nothing_but_dataclasses(tmp_path: Path, name: str) -> None:
     tree = json.dumps({"x": {"class": name, "fields": {}}})
     zarr.create_group(tmp_path / "a", attributes={"tree": tree, "types": [], "digest": sha256(tree.encode()).hexdigest()})
-    with pytest.raises(WuchtError, match="is not loaded"):
+    with rejected("incomplete"):
         archive.read(tmp_path / "a")
 
 

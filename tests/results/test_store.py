@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import pytest
+from tests.refusals import failed, refused
 
-from wucht.errors import InputError, RunError
 from wucht.results.store import prepare_folder, replacing
 
 
@@ -36,7 +35,7 @@ def test_what_cannot_be_written_leaves_what_was_there(tmp_path: Path) -> None:
         beside.write_text("ha")
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(RunError, match=r"a cannot be written: No space left on device"):
+    with failed("not-written"):
         replacing(file, full)
     assert file.read_text() == "whole"
     assert list(tmp_path.iterdir()) == [file]
@@ -54,5 +53,5 @@ def test_what_a_killed_process_left_is_removed_once_it_is_old(tmp_path: Path) ->
 
 def test_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "result.nc").mkdir()
-    with pytest.raises(InputError, match=r"a folder is in the place of the file result\.nc"):
+    with refused("-o", "result.nc"):
         prepare_folder(tmp_path, ["result.nc"])

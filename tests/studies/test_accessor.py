@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-import pytest
 import xarray as xr
+from tests.refusals import rejected
 
 import wucht
-from wucht.errors import WuchtError
 from wucht.studies.accessor import register
 
 
@@ -39,5 +38,5 @@ def test_what_was_not_finished_says_so() -> None:
 
 def test_a_dataset_that_is_no_result_is_refused() -> None:
     register()
-    with pytest.raises(WuchtError, match="no result of a study"):
+    with rejected("no-result"):
         _ = xr.Dataset().wucht

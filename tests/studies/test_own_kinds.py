@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import pytest
 import sympy as sp
+from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -178,5 +179,5 @@ def test_own_carriers_and_models_are_found() -> None:
 
 
 def test_an_own_carrier_takes_bodies_in_its_middle_alone() -> None:
-    with pytest.raises(InputError, match=r"position: .*allowed on a carrier 'xyr'; this one is 'own-beam'"):
+    with refused("machine.bodies[0] (disc).position", "xyr", "own-beam", given=[0.1, 0.0]):
         of({**ROTOR, "position": [0.1, 0.0]}, BEAM, MOTOR)

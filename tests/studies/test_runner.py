@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 import xarray as xr
+from tests.refusals import refused
 
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -219,7 +220,7 @@ def test_without_resume_a_folder_is_begun_anew(tmp_path: Path) -> None:
 
 
 def test_what_is_no_question_is_refused() -> None:
-    with pytest.raises(InputError, match=r"study: given 'run-up'; must be what is asked, such as wucht.RunUp\("):
+    with refused("study", "wucht.RunUp", given="run-up"):
         runner.run("run-up", load_machine("drozdetskaya-2020/r1"))  # type: ignore[arg-type]
 
 
@@ -289,9 +290,9 @@ def test_a_bug_of_a_figure_is_no_incomplete_result() -> None:
     result = ask(Squares(), [3.0])
     with pytest.raises(ValueError, match="a bug of the figure"):
         runner.draw(result)
-    with pytest.raises(InputError, match="this is no complete result of this study: noise is missing"):
+    with refused("squares", given=None):
         runner.draw(result.drop_vars("noise"))
-    with pytest.raises(InputError, match="there is no figure for this study"):
+    with refused("study", given="nothing"):
         runner.draw(result.assign_attrs(study="nothing"))
 
 

@@ -137,7 +137,7 @@ def averaged_machine(
     try:
         equations = _equations(machine.structure, len(machine.tracks), machine.shaking, signs, inertia, order, held)
     except WuchtError as error:
-        raise InputError("machine", None, f"has no such averaged equations: {error}") from None
+        raise InputError("machine", None, f"has no such averaged equations: {error}", code=error.code) from None
     return AveragedMachine(machine, equations, senses, inertia, order, held)
 
 
@@ -151,24 +151,28 @@ def _refuse_others(machine: Machine) -> None:
     hung = [p.name for p in machine.parts if isinstance(p, Body) and not p.on_axis()]
     others = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed is not None]
     shaken, prescribed = machine.shaken is not None, any(r.coordinate.prescribed is not None for r in machine.rotors)
-    reasons = [f"{s.words} slides in a guide that turns: the carrier's mass then turns with it" for s in machine.sliders]
-    reasons += [f"the pivot of {name} turns with the rotor: its unbalance depends on its phase" for name in hung]
+    guided = "slides in a guide that turns: the carrier's mass then turns with it"
+    reasons = [("slider", f"{s.words} {guided}") for s in machine.sliders]
+    reasons += [("pivot", f"the pivot of {name} turns with the rotor: its unbalance depends on its phase") for name in hung]
     if shaken and machine.shaking is None:
-        reasons.append("the prescribed motion of the carrier is a table: it has no period to average over")
+        reasons.append(("table", "the prescribed motion of the carrier is a table: it has no period to average over"))
     if shaken and prescribed:
-        reasons.append("the speed of a rotor and the motion of the carrier are both prescribed: there is no common speed")
+        both = "the speed of a rotor and the motion of the carrier are both prescribed"
+        reasons.append(("no-common-speed", f"{both}: there is no common speed"))
     if others:
-        reasons.append(f"the speed of {others[0]} is prescribed, which is not the main rotor: there is no common speed")
+        held = f"the speed of {others[0]} is prescribed, which is not the main rotor"
+        reasons.append(("no-common-speed", f"{held}: there is no common speed"))
     if machine.nonlinear:
-        reasons.append(f"{machine.nonlinear} is not linear, and the averaged equations need a linear carrier")
+        reasons.append(("not-linear", f"{machine.nonlinear} is not linear, and the averaged equations need a linear carrier"))
     if machine.internal:
         own = machine.internal[0].state.name
         held = "a drive of kind 'constant-speed' has the speed that it holds"
-        reasons.append(f"{own} is a state of a controller's own, and they know those of bodies alone: {held}")
+        reasons.append(("controller", f"{own} is a state of a controller's own, and they know those of bodies alone: {held}"))
     if not machine.free_carrier and not shaken:
-        reasons.append("nothing vibrates: the carrier is fixed")
+        reasons.append(("still", "nothing vibrates: the carrier is fixed"))
     if reasons:
-        raise InputError("machine", None, f"has no averaged equations: {reasons[0]}; run the full model instead")
+        code, reason = reasons[0]
+        raise InputError("machine", None, f"has no averaged equations: {reason}; run the full model instead", code=code)
 
 
 @lru_cache(maxsize=64)

@@ -42,11 +42,11 @@ class Forced:
         """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
         if machine.nonlinear:
             why = f"has no steady vibration in closed form: {machine.nonlinear} is not linear"
-            raise InputError("machine", None, f"{why}; study.kind = 'run-up' or 'sweep' runs it")
+            raise InputError("machine", None, f"{why}; study.kind = 'run-up' or 'sweep' runs it", code="not-linear")
         try:
             vibration = Vibration.of(machine)
         except WuchtError as error:
-            raise InputError("machine", None, str(error)) from None
+            raise InputError("machine", None, str(error), code=error.code) from None
         senses = np.array([sense_of(machine, b) for b in machine.bodies])
         shape = machine.structure.orbit_shape
         axis, main = np.array(machine.evaluate(*shape), float).reshape(shape.shape), machine.bodies.index(machine.rotor)

@@ -158,11 +158,16 @@ class RelativeEquilibria:
             left, values, right = np.linalg.svd(f_x * sizes / (sizes[:, None] * rate))
             rank = len(x) - neutral
             if values[rank - 1] <= _SINGULAR * values[0]:
-                raise RunError(f"the equations are singular here: there is a family of more than {neutral} dimensions")
+                raise RunError(
+                    f"the equations are singular here: there is a family of more than {neutral} dimensions", code="singular"
+                )
             step = -right[:rank].T @ ((left[:, :rank].T @ (f / (sizes * rate))) / values[:rank])
             if np.abs(step).max() <= _TOLERANCE:
                 if np.abs(f / (sizes * rate)).max() > _LEFT * values[0]:
-                    raise RunError(f"no steady rotation was found: near this state there is no family of {neutral} dimensions")
+                    raise RunError(
+                        f"no steady rotation was found: near this state there is no family of {neutral} dimensions",
+                        code="no-family",
+                    )
                 return self.at(x + step * sizes, neutral)
             share, missed = 1.0, np.linalg.norm(f / sizes)
             for _ in range(_HALVINGS):
@@ -191,7 +196,9 @@ class RelativeEquilibria:
             raise InputError("parameter", parameter, allowed)
         if near.neutral:
             family = f"a family of {near.neutral} dimensions"
-            raise RunError(f"{family} has no single branch over {parameter}: follow a state that is alone")
+            raise RunError(
+                f"{family} has no single branch over {parameter}: follow a state that is alone", code="no-single-branch"
+            )
         sizes = self.sizes(near.state).tolist()
         scale = dict(zip(self.system.state_names, sizes, strict=True)) | {parameter: bounds[1] - bounds[0]}
         fixed = {name: value for name, value in self.values.items() if name != parameter}

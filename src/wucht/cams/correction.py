@@ -195,11 +195,11 @@ def compared(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> Compariso
     Raises ``InputError`` (acceleration) where it has no orders.
     """
     if not acceleration.count:
-        raise InputError("acceleration", None, "the measured acceleration must have orders")
+        raise InputError("acceleration", None, "the measured acceleration must have orders", code="no-orders")
     total = float((acceleration.amplitudes**2).sum())
     if total <= (_NONE * acceleration.mean) ** 2:
         allowed = f"this record holds no orders, it is {acceleration.mean:.4g} all the time: is it the right column?"
-        raise InputError("acceleration", None, allowed)
+        raise InputError("acceleration", None, allowed, code="constant")
     found, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
     count = min(acceleration.count, found.count)
     computed = Harmonics(0.0, scale * found.cosine[:count], scale * found.sine[:count])

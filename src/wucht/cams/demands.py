@@ -46,7 +46,7 @@ def _whole(value: object) -> bool:
 def finite(where: str, values: np.ndarray) -> np.ndarray:
     """Values of any shape, none of them missing. Raises ``InputError``."""
     if not np.isfinite(values).all():
-        raise InputError(where, None, "it gives values that are no numbers (NaN or infinite)")
+        raise InputError(where, None, "it gives values that are no numbers (NaN or infinite)", code="not-finite")
     return values
 
 

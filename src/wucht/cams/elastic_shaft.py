@@ -192,7 +192,10 @@ class _Balance:
         for iteration in range(1, _MOST_STEPS + 1):
             jacobian = self._jacobian(u, D, DD)
             if iteration == 1 and not np.linalg.cond(jacobian, 1) < _SINGULAR:
-                raise RunError(f"at {self.omega:.6g} rad/s the cam on its shaft is in resonance, undamped: {self._remedy()}")
+                raise RunError(
+                    f"at {self.omega:.6g} rad/s the cam on its shaft is in resonance, undamped: {self._remedy()}",
+                    code="resonance",
+                )
             step = -np.linalg.solve(jacobian, off)
             if np.abs(step).max() <= _LAST_STEP:
                 return u + step, iteration
@@ -207,7 +210,9 @@ class _Balance:
             u = u + step
         torque = float(size) * self.omega**2
         found = f"no periodic motion of the cam was found at {self.omega:.6g} rad/s: after {iteration} steps of Newton's method"
-        raise RunError(f"{found} {torque:.3g} N m were out of balance, and there may be none; {self._remedy()}")
+        raise RunError(
+            f"{found} {torque:.3g} N m were out of balance, and there may be none; {self._remedy()}", code="no-convergence"
+        )
 
     def _off(self, tau: np.ndarray, u: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
         """How far it is out of balance, where u, u' and u'' are these."""
@@ -233,7 +238,7 @@ class _Balance:
             found = (
                 f"at {self.omega:.6g} rad/s the cam would have to stand still or turn back, its speed falling to {least:.4g}"
             )
-            raise RunError(f"{found} rad/s: {self._remedy()}")
+            raise RunError(f"{found} rad/s: {self._remedy()}", code="stands-still")
         return speed
 
     def _remedy(self) -> str:

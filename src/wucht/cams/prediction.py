@@ -100,7 +100,9 @@ class CamShaft:
         lost = 2 * moved / self.inertia
         low, high = float(lost.max()), float(lost.max()) + 2.0
         if np.sqrt(low - lost).mean() >= 1:
-            raise RunError(f"without a torque the shaft would come to rest in each turn: {self.remedy(law)}")
+            raise RunError(
+                f"without a torque the shaft would come to rest in each turn: {self.remedy(law)}", code="comes-to-rest"
+            )
         for _ in range(200):
             x = (low + high) / 2
             low, high = (x, high) if np.sqrt(x - lost).mean() < 1 else (low, x)
@@ -189,7 +191,9 @@ def _newton(
                 return np.asarray(x)
             break
         x, off, jacobian = x + step, new_off, new_jacobian
-    raise RunError(f"no periodic motion of the shaft was found: {remedy()}; and a drive that holds the mean speed")
+    raise RunError(
+        f"no periodic motion of the shaft was found: {remedy()}; and a drive that holds the mean speed", code="no-convergence"
+    )
 
 
 def _positive(speed: Harmonics, count: int, otherwise: float) -> np.ndarray:

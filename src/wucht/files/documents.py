@@ -31,10 +31,10 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
             raise InputError.of_file(path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read")
         return path.read_text(encoding=encoding)
     except FileNotFoundError:
-        raise InputError.of_file(path, missing) from None
+        raise InputError.of_file(path, missing, code="no-file") from None
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text; save it as UTF-8"
-        raise InputError.of_file(path, f"the file cannot be read: {reason}") from None
+        raise InputError.of_file(path, f"the file cannot be read: {reason}", code="unreadable") from None
 
 
 def contents_of(path: Path) -> str:

@@ -49,7 +49,8 @@ class OwnEquations:
         self.system.values(self.values)
         if unknown := [name for name in self.values if name not in self.system.parameter_names]:
             raise WuchtError(
-                f"{unknown[0]} is no parameter of these equations; {nearest(unknown[0], self.system.parameter_names)}"
+                f"{unknown[0]} is no parameter of these equations; {nearest(unknown[0], self.system.parameter_names)}",
+                code="unknown-parameter",
             )
 
     @cached_property

@@ -43,10 +43,10 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
             if rows and row[0] <= rows[-1][0]:
                 raise ValueError(f"the {units[0].what} does not increase")
         except ValueError as error:
-            raise InputError.of_file(path, f"line {number}: {error}") from None
+            raise InputError.of_file(path, f"line {number}: {error}", code="no-number") from None
         rows.append(row)
     if len(rows) < 2:
-        raise InputError.of_file(path, f"there must be at least two rows of {_both(units)}; found {len(rows)}")
+        raise InputError.of_file(path, f"there must be at least two rows of {_both(units)}; found {len(rows)}", code="too-few")
     return rows
 
 

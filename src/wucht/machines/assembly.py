@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from wucht.checking import read_quantity, refuse_unknown
-from wucht.errors import InputError, WuchtError, nearest
+from wucht.errors import InputError, WuchtError, code_of, nearest
 from wucht.fields import Parameter
 from wucht.machines.attaching import check_attachments, place_of
 from wucht.machines.models import Model
@@ -119,7 +119,8 @@ def _check_carrier(carrier: Support, bodies: Iterable[Body]) -> None:
         except ValueError as error:
             key, sentence = error.args
             given = getattr(body, key, None)
-            raise InputError(f"{body.path}.{key}", list(given) if isinstance(given, tuple) else given, sentence) from None
+            shown = list(given) if isinstance(given, tuple) else given
+            raise InputError(f"{body.path}.{key}", shown, sentence, code=code_of(error)) from None
 
 
 def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:

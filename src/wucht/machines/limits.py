@@ -35,9 +35,9 @@ def check_values(
             causes = (p for p in changed if _fault(part, others[p], prefix) is None)
             path = next(chain(named, causes, changed))
             if where is None and path.startswith(f"{prefix}{key}"):
-                raise InputError(path, changed[path], sentence) from None
+                raise InputError(path, changed[path], sentence, code=error.code) from None
             place = where[path] if isinstance(where, Mapping) else where
-            raise InputError(place or path, changed[path], f"{prefix}{key}: {sentence}") from None
+            raise InputError(place or path, changed[path], f"{prefix}{key}: {sentence}", code=error.code) from None
 
 
 def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError | None:

@@ -56,7 +56,9 @@ class Tree:
         way = [body]
         while (above := self.above.get(way[-1])) is not None:
             if above in way:
-                raise WuchtError("bodies turn about each other in a circle; one must turn about the carrier's axis")
+                raise WuchtError(
+                    "bodies turn about each other in a circle; one must turn about the carrier's axis", code="circle"
+                )
             way.append(above)
         return way
 

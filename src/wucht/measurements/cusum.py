@@ -250,7 +250,7 @@ def chart(reference: float, noise: float, readings: float, expected: np.ndarray)
         return math.log(replace(made, threshold=math.exp(logarithm)).between_alarms(expected) / readings)
 
     if missing(math.log(low)) > 0:
-        raise RunError("without a failure there are fewer false alarms than wanted: ask for rarer ones")
+        raise RunError("without a failure there are fewer false alarms than wanted: ask for rarer ones", code="too-few-alarms")
     high = low
     while missing(math.log(high)) < 0:
         high *= 2

@@ -28,7 +28,9 @@ def reading(path: Path, what: str) -> Iterator[None]:
         raise
     except Exception as error:
         reason = (str(error).splitlines() or [""])[0]
-        raise InputError(str(path), None, f"this cannot be read as {what}: {reason or type(error).__name__}") from None
+        raise InputError(
+            str(path), None, f"this cannot be read as {what}: {reason or type(error).__name__}", code="unreadable"
+        ) from None
 
 
 def unique(names: list[str], longer: list[str]) -> list[str]:

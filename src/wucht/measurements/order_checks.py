@@ -32,7 +32,7 @@ def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
     if turns < 1:
         told = f"the record is shorter than a turn ({turns:.2g} turns at {omega:.4g} rad/s)"
         allowed = f"{told}: record several turns, or check the unit of the speed"
-        raise InputError(where, None, allowed)
+        raise InputError(where, None, allowed, code="too-short")
     steps = np.diff(shaft.time)
     longest = int(steps.argmax())
     if steps[longest] > _GAP * float(np.median(steps)) and steps[longest] * omega > TURN:
@@ -40,7 +40,7 @@ def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
             f"there is a gap of {steps[longest]:.4g} s, {steps[longest] * omega / TURN:.3g} turns, after "
             f"{shaft.time[longest]:.6g} s: cut the record to one side of it"
         )
-        raise InputError(where, None, allowed)
+        raise InputError(where, None, allowed, code="gap")
     highest, parameters = int(orders[-1]), 3 + 2 * len(orders)
     a_turn = (count - 1) / turns
     if a_turn < _NYQUIST * highest or count < parameters:

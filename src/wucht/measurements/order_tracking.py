@@ -82,7 +82,7 @@ def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
     turns = math.floor(angle[-1] / TURN + 1e-9) - first
     if turns < 1:
         allowed = "signal and shaft must have a whole turn in common, from one zero of the angle to the next"
-        raise InputError(signal.where, None, allowed)
+        raise InputError(signal.where, None, allowed, code="no-turn")
     fastest = float((np.diff(angle) / np.diff(time)).max())
     most = TURN / fastest / float(np.median(np.diff(signal.time)))
     if per_turn > most:
@@ -107,7 +107,9 @@ def _both(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
     low, high = max(time[0], signal.time[0]), min(time[-1], signal.time[-1])
     inside = (time >= low) & (time <= high)
     if inside.sum() < 4:
-        raise InputError(signal.where, None, f"signal and shaft must be recorded at the same time; {shaft.where} is not")
+        raise InputError(
+            signal.where, None, f"signal and shaft must be recorded at the same time; {shaft.where} is not", code="other-times"
+        )
     return time[inside], angle[inside]
 
 

@@ -28,9 +28,11 @@ def read_recording(path: Path) -> Recording:
     """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        raise InputError.of_file(path, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}")
+        raise InputError.of_file(
+            path, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}", code="unknown-ending"
+        )
     if not path.is_file():
-        raise InputError.of_file(path, _no_file(path))
+        raise InputError.of_file(path, _no_file(path), code="no-file")
     return reader(path)
 
 

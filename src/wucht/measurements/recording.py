@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError, code_of, nearest
 from wucht.quantities import LARGEST, Unit, article
 
 TIME = Unit("s", "time")
@@ -62,7 +62,7 @@ class Channel:
         Raises ``InputError`` for a channel of another dimension, an unknown unit, and a sound that was given no scale.
         """
         if self.unit == FULL_SCALE:
-            raise InputError(self.where, None, _OF_FULL_SCALE.format(unit.si))
+            raise InputError(self.where, None, _OF_FULL_SCALE.format(unit.si), code="full-scale")
         factor = self._factor(unit) if self.unit else 1.0
         return replace(self, unit=unit.si, values=self.values if factor == 1.0 else factor * self.values)
 
@@ -73,7 +73,7 @@ class Channel:
             return unit.parse(f"1 {self.unit}")
         except ValueError as error:
             allowed = f"{error}; if the file is wrong, say what its numbers are with the key unit, as in unit = '{unit.si}'"
-            raise InputError(self.where, self.unit, allowed) from None
+            raise InputError(self.where, self.unit, allowed, code=code_of(error)) from None
 
     def scaled(self, factor: float, unit: str) -> Channel:
         """The values times a factor, which then are in that unit: the scale of a sound file, or another sign."""
@@ -85,7 +85,7 @@ class Channel:
         Raises ``InputError`` for the unit of a sound without a factor.
         """
         if unit is not None and scale is None and self.unit == FULL_SCALE:
-            raise InputError(self.where, None, _OF_FULL_SCALE.format(unit))
+            raise InputError(self.where, None, _OF_FULL_SCALE.format(unit), code="full-scale")
         return self if unit is None and scale is None else self.scaled(1.0 if scale is None else scale, unit or self.unit)
 
 
@@ -116,12 +116,14 @@ class Recording:
 def _numbers(given: object, where: str, key: str) -> np.ndarray:
     array = np.asarray(given)
     if array.ndim != 1 or array.dtype.kind not in "biuf":
-        raise InputError(where, None, f"the {key} must be a list of real numbers; this is {_described(array)}")
+        raise InputError(
+            where, None, f"the {key} must be a list of real numbers; this is {_described(array)}", code="no-numbers"
+        )
     array = array.astype(float, copy=False)
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
         held = f"sample {bad[0] + 1} is {array[bad[0]]}" + (f", and {len(bad) - 1} others are none" if len(bad) > 1 else "")
-        raise InputError(where, None, f"the {key} must be finite numbers: {held}; take such samples out")
+        raise InputError(where, None, f"the {key} must be finite numbers: {held}; take such samples out", code="not-finite")
     beyond = np.flatnonzero(np.abs(array) > LARGEST)
     if len(beyond):
         held = f"sample {beyond[0] + 1} is {array[beyond[0]]:g}"

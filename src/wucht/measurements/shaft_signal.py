@@ -70,7 +70,9 @@ class ShaftSignal:
             return self.time, angles
         seen = self.index[(self.index >= self.time[0]) & (self.index <= self.time[-1])]
         if not len(seen):
-            raise InputError(self.where, None, "the index pulse does not come in this record: record it at the same time")
+            raise InputError(
+                self.where, None, "the index pulse does not come in this record: record it at the same time", code="no-index"
+            )
         return self.time, angles - mean_direction(np.interp(seen, self.time, angles))
 
 
@@ -102,7 +104,9 @@ def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
     """
     angle = channel.in_si(ANGLE)
     if np.ptp(angle.values) < _STANDS:
-        raise InputError(channel.where, None, "the angle is constant: the shaft does not turn; is this the right column?")
+        raise InputError(
+            channel.where, None, "the angle is constant: the shaft does not turn; is this the right column?", code="constant"
+        )
     return ShaftSignal(channel.where, "angle", angle.time, _unwrapped(angle), _index(index, hysteresis), channel.unit)
 
 
@@ -186,5 +190,5 @@ def _unwrapped(angle: Channel) -> np.ndarray:
             f"the wrapped angle goes on by {longest / TURN:.2f} turns in the step from {angle.time[i]:.6g} s on, so that its "
             "way is not known; sample faster, or cut the record where samples are missing"
         )
-        raise InputError(angle.where, None, allowed)
+        raise InputError(angle.where, None, allowed, code="wraps-unclear")
     return np.asarray(unwrapped)

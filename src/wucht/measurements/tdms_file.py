@@ -57,6 +57,6 @@ def _time(source: str, name: str, channel: Any, group: Any) -> np.ndarray:
     clock = next((c for c in group.channels() if c.name.strip().lower() in _TIMES), None)
     if clock is None:
         allowed = "the channel has no time: it must be a waveform (wf_increment), or its group must have a channel called time"
-        raise InputError(f"{source}: {name}", None, allowed)
+        raise InputError(f"{source}: {name}", None, allowed, code="no-time")
     ticks = np.asarray(clock[:])
     return Channel(source, clock.name, _unit(clock), np.arange(len(ticks)), ticks).in_si(TIME).values

@@ -27,7 +27,12 @@ def read_universal(path: Path) -> Recording:
         sets = [file.read_sets(i) for i in wanted]
     signals = [s for s in sets if s.get("func_type") == _TIME_RESPONSE or s.get("abscissa_spec_data_type") == _TIME_AXIS]
     if not signals:
-        raise InputError(str(path), None, "there is no time signal in this file: it must hold a data set 58 of function type 1")
+        raise InputError(
+            str(path),
+            None,
+            "there is no time signal in this file: it must hold a data set 58 of function type 1",
+            code="no-signal",
+        )
     names = unique([_said(s, "id1") for s in signals], [str(i + 1) for i in range(len(signals))])
     by_name: dict[str, dict[str, Any]] = dict(zip(names, signals, strict=True))
     return Recording(str(path), tuple(names), lambda name: _channel(str(path), name, by_name[name]))

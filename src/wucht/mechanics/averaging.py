@@ -113,7 +113,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     second, beyond = list[sp.Expr](), list[sp.Expr]()
     if order == 2:
         if reason:
-            raise WuchtError(f"no averaging of second order: {reason}")
+            raise WuchtError(f"no averaging of second order: {reason}", code="no-second-order")
         for (a, further), s in zip(powers, states, strict=True):
             value, frequencies = _mean(along(a, states, fast) + further, s, system)
             second.append(value)
@@ -126,7 +126,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
         changes = [along(rate, states, fast)] if order == 2 else []
         orders = [_mean(e, sp.Symbol(q.name), system) for e in (rate, *changes)]
         if TIME in jump.free_symbols:
-            raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean")
+            raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean", code="jumps")
         value = sp.Add(*(epsilon**i * m for i, (m, _) in enumerate(orders)))
         quadratures.append(replace(q, expression=value, jump=jump))
         beyond += [w for _, frequencies in orders for w in frequencies]
@@ -168,7 +168,8 @@ def in_powers(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tuple[sp
     if not identically_zero(rest):
         raise WuchtError(
             f"the rate of {state} is not small: without {small} it is {rest}. The standard form is x' = {small} X(x, t); "
-            "an angle becomes the independent variable, an oscillation an amplitude and a phase, before"
+            "an angle becomes the independent variable, an oscillation an amplitude and a phase, before",
+            code="not-small",
         )
     return once, twice
 
@@ -179,7 +180,7 @@ def expanded(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, s
     once = sp.diff(f, small)
     coefficients = [e.xreplace({small: sp.S.Zero}) for e in (f, once, sp.diff(once, small) / 2)]
     if any(e.has(*_NO_VALUE) for e in coefficients):
-        raise WuchtError(f"the rate of {state} has no expansion in powers of {small}")
+        raise WuchtError(f"the rate of {state} has no expansion in powers of {small}", code="no-expansion")
     return coefficients[0], coefficients[1], coefficients[2]
 
 
@@ -247,13 +248,13 @@ def _checked(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr 
     if period is None:
         return common_period(frequencies)
     if isinstance(period, str):
-        raise WuchtError(f"the period {period!r} is a text: a number or an expression of parameters is allowed")
+        raise WuchtError(f"the period {period!r} is a text: a number or an expression of parameters is allowed", code="text")
     period = sp.sympify(period)
     if period.is_positive is False or period.is_extended_real is False or period.is_infinite:
-        raise WuchtError(f"{period} is no period: a positive time is allowed")
+        raise WuchtError(f"{period} is no period: a positive time is allowed", code="not-positive")
     for w in frequencies:
         turns = sp.simplify(w * period / (2 * sp.pi))
         decimal = turns.has(sp.Float) and turns.is_real and abs(turns - round(turns)) <= SAME * abs(turns)
         if not (decimal or turns.is_Integer):
-            raise WuchtError(f"{period} is no period: the frequency {w} is present")
+            raise WuchtError(f"{period} is no period: the frequency {w} is present", code="other-period")
     return period

@@ -83,7 +83,7 @@ def refuse_oriented(parts: Sequence[Energies], turning: Turning, zero: Sequence[
             if not identically_zero(change):
                 moving = {s for c in (*turning.plane, *turning.angles) for s in (c.position, c.velocity)}
                 by = ", ".join(sorted(s.name for s in change.free_symbols - moving)) or "no parameter"
-                raise WuchtError(f"the {what} changes when the machine is turned as a whole (with {by})")
+                raise WuchtError(f"the {what} changes when the machine is turned as a whole (with {by})", code="not-symmetric")
 
 
 def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ()) -> System:

@@ -65,7 +65,9 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
             for j in sorted(used):
                 inertia = sp.diff(momentum, v[j])
                 if inertia.free_symbols & set(v):
-                    raise WuchtError(f"the kinetic energy {part.kinetic} is not quadratic in the velocities")
+                    raise WuchtError(
+                        f"the kinetic energy {part.kinetic} is not quadratic in the velocities", code="not-quadratic"
+                    )
                 mass[i, j] += inertia
                 forces[i] -= sp.diff(momentum, q[j]) * v[j]
             forces[i] += sp.diff(part.kinetic, q[i]) - sp.diff(momentum, TIME)

@@ -52,7 +52,9 @@ def linear_carrier(
     turning = {b.position for b in bodies} | {b.velocity for b in bodies}
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if matrix.free_symbols & (set(q) | set(v) | turning):
-            raise WuchtError(f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients")
+            raise WuchtError(
+                f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients", code="not-constant"
+            )
     origin = dict.fromkeys(q, sp.S.Zero)
     load = sp.ImmutableMatrix(len(q), 1, [-f.xreplace(origin) for f in forces])
     coupling = tuple(sp.ImmutableMatrix(len(v), 1, [sp.diff(p, b.velocity) for p in momenta]) for b in bodies)

@@ -62,13 +62,17 @@ def _refuse_other_functions(e: sp.Expr, t: sp.Symbol) -> None:
     even = waves(e, t)
     for a in e.atoms(sp.sin, sp.cos):
         if t in a.free_symbols and a not in even:
-            raise NotTrigonometricError(f"the argument of {a} does not grow evenly with {t}")
+            raise NotTrigonometricError(f"the argument of {a} does not grow evenly with {t}", code="uneven-argument")
     if not any(isinstance(a, sp.sin | sp.cos) for a in even):
-        raise NotTrigonometricError(f"{e} is no polynomial in sines and cosines of {t}, and has no period that is certain")
+        raise NotTrigonometricError(
+            f"{e} is no polynomial in sines and cosines of {t}, and has no period that is certain", code="no-period"
+        )
     marks = {a: sp.Dummy() for a in even}
     rest = e.xreplace(marks)
     if not rest.is_rational_function(*marks.values()):
-        raise NotTrigonometricError(f"{e} is no rational function of sines and cosines of {t}: its mean was not found")
+        raise NotTrigonometricError(
+            f"{e} is no rational function of sines and cosines of {t}: its mean was not found", code="not-rational"
+        )
     if t in rest.free_symbols:
         raise secular(t)
 
@@ -76,7 +80,7 @@ def _refuse_other_functions(e: sp.Expr, t: sp.Symbol) -> None:
 def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t: sp.Symbol) -> sp.Expr:
     """The mean of a trigonometric polynomial over a product of powers of such. written: the product."""
     if not all(terms for terms, _ in below):
-        raise WuchtError(f"the denominator {written} is zero at all times")
+        raise WuchtError(f"the denominator {written} is zero at all times", code="zero-denominator")
     still = sp.prod([terms[CONSTANT][0] ** n for terms, n in below if set(terms) == {CONSTANT}])
     turning = [(terms, n) for terms, n in below if set(terms) != {CONSTANT}]
     if not turning:
@@ -84,7 +88,7 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
     period = common_period([w for terms, _ in turning for w, _ in terms])
     if period is None:
         raise NotTrigonometricError(
-            f"1/({written}) is no polynomial in sines and cosines of {t}, and has no period that is certain"
+            f"1/({written}) is no polynomial in sines and cosines of {t}, and has no period that is certain", code="no-period"
         )
     base = 2 * sp.pi / period
     slowest, phase = min(
@@ -99,7 +103,8 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
         k = sp.simplify(w / base)
         if not k.is_Rational:
             raise NotTrigonometricError(
-                f"the ratio of {w} and {base}, frequencies above and below in a quotient, is not certain"
+                f"the ratio of {w} and {base}, frequencies above and below in a quotient, is not certain",
+                code="frequency-ratio",
             )
         if k.is_Integer:
             with explained(f"the mean of a quotient was not found; of its denominator {written}"):
@@ -120,10 +125,11 @@ def _polynomial(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> 
         cosine, sine = (sp.nsimplify(sp.cancel(c / factor), rational=True) if c != 0 else c for c in pair)
         if cosine.free_symbols | sine.free_symbols | rest.free_symbols:
             raise NotTrigonometricError(
-                f"the zeros of the denominator {below} depend on parameters or states: its mean was not found"
+                f"the zeros of the denominator {below} depend on parameters or states: its mean was not found",
+                code="parameters-decide",
             )
         if not (cosine.is_real and sine.is_real):
-            raise NotTrigonometricError(f"the denominator {below} is not real: its mean was not found")
+            raise NotTrigonometricError(f"the denominator {below} is not real: its mean was not found", code="not-real")
         turn = sp.exp(sp.I * rest)
         half = (cosine - sp.I * sine) / 2
         powers[k] = sp.expand(powers.get(k, sp.S.Zero) + half * turn)

@@ -88,10 +88,11 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     for force, v in zip(slow, velocities, strict=True):
         if not identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
             raise WuchtError(
-                f"{fast} t stands outside of sines and cosines in the force on {v}: such a secular term has no mean"
+                f"{fast} t stands outside of sines and cosines in the force on {v}: such a secular term has no mean",
+                code="secular",
             )
     if not any(h.frequencies for h in forces):
-        raise WuchtError(f"no force turns with {fast} t: there is no fast part to be separated")
+        raise WuchtError(f"no force turns with {fast} t: there is no fast part to be separated", code="no-fast-force")
     _refuse_large(forces, fast, velocities, system)
     rate = tuple(h.antiderivative / fast for h in forces)
     xi = tuple(harmonics(r, THETA).antiderivative / fast for r in rate)
@@ -121,10 +122,13 @@ def _velocities(system: System, positions: Sequence[sp.Symbol]) -> list[sp.Symbo
     rate = dict(zip(system.states, system.derivatives, strict=True))
     unknown = [p.name for p in positions if p not in rate]
     if unknown:
-        raise WuchtError(f"{', '.join(unknown)} is no state: {', '.join(system.state_names)}")
+        raise WuchtError(f"{', '.join(unknown)} is no state: {', '.join(system.state_names)}", code="no-state")
     velocities = [rate[p] for p in positions]
     if sorted(map(str, [*positions, *velocities])) != sorted(map(str, system.states)):
-        raise WuchtError(f"the rates of {', '.join(map(str, positions))} are not the other states: no form m x'' = F + Phi")
+        raise WuchtError(
+            f"the rates of {', '.join(map(str, positions))} are not the other states: no form m x'' = F + Phi",
+            code="other-states",
+        )
     return velocities
 
 
@@ -137,15 +141,18 @@ def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
         slope = sp.diff(argument, fast, TIME)
         rest = sp.expand(argument - slope * fast * TIME)
         if slope.free_symbols or fast in rest.free_symbols:
-            raise WuchtError(f"{a} in the force on {what} is no function of {fast} t and slow quantities")
+            raise WuchtError(f"{a} in the force on {what} is no function of {fast} t and slow quantities", code="not-fast")
         if not slope.is_Integer and not (isinstance(a, sp.exp) and (slope / sp.I).is_Integer):
-            raise WuchtError(f"{a} in the force on {what} has not the period 2 pi in {fast} t")
+            raise WuchtError(f"{a} in the force on {what} has not the period 2 pi in {fast} t", code="other-period")
         turned[a] = a.func(slope * THETA + rest)
     in_theta = e.xreplace(turned)
     for a in sp.preorder_traversal(_without_slow_functions(in_theta, fast)):
         whole = a.is_Pow and a.exp.is_Integer and a.exp.is_nonnegative
         if {fast, TIME} <= a.free_symbols and not (a.is_Add or a.is_Mul or whole or a.is_Symbol):
-            raise WuchtError(f"{a} in the force on {what} may turn with {fast} t, and is no sine, cosine or exponential of it")
+            raise WuchtError(
+                f"{a} in the force on {what} may turn with {fast} t, and is no sine, cosine or exponential of it",
+                code="not-trigonometric",
+            )
     return in_theta
 
 
@@ -168,7 +175,8 @@ def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Seque
                 allowed = "O(1), as it depends on a speed" if with_speed else f"O({fast})"
                 raise WuchtError(
                     f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {allowed}, or one power more with a "
-                    f"small parameter O(1/{fast}), written as a symbol. Else its motion is not small: no separation holds"
+                    f"small parameter O(1/{fast}), written as a symbol. Else its motion is not small: no separation holds",
+                    code="grows",
                 )
 
 
@@ -179,7 +187,8 @@ def _growth(c: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> tuple[sp.Expr, sp.E
         terms = [a.as_coeff_exponent(fast) for a in sp.Add.make_args(sp.expand(part))]
         if any(fast in a.free_symbols for a, _ in terms) or not all(p.is_real and p.is_number for _, p in terms):
             raise WuchtError(
-                f"how the fast force on {what} grows with {fast} does not follow from {c}: powers of {fast} are allowed"
+                f"how the fast force on {what} grows with {fast} does not follow from {c}: powers of {fast} are allowed",
+                code="growth-unclear",
             )
         top = max(p for _, p in terms)
         growth.append((top, sp.Add(*(a for a, p in terms if p == top))))
@@ -193,5 +202,5 @@ def _quadrature(q: Output, system: System, fast: sp.Symbol, shift: dict[sp.Symbo
         _in_theta(sp.sympify(system.explicit(e)), fast, sp.Symbol(q.name)).xreplace(shift) for e in (q.expression, q.jump)
     )
     if THETA in jump.free_symbols:
-        raise WuchtError(f"the jumps of {q.name} depend on {fast} t: they have no mean")
+        raise WuchtError(f"the jumps of {q.name} depend on {fast} t: they have no mean", code="jumps")
     return replace(q, expression=mean(rate, THETA), jump=jump)

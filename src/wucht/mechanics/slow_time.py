@@ -22,19 +22,23 @@ def refuse_unknown_parameter(system: System, small: sp.Symbol) -> None:
         return
     if not isinstance(small, sp.Symbol):
         raise WuchtError(
-            f"{small!r} is no symbol: a parameter of the System is allowed, {', '.join(system.parameter_names) or 'none'}"
+            f"{small!r} is no symbol: a parameter of the System is allowed, {', '.join(system.parameter_names) or 'none'}",
+            code="no-symbol",
         )
     if small.name in system.parameter_names:
         raise WuchtError(
-            f"{small} is no parameter: the one of that name was made with other assumptions (real=True, positive=True, ...)"
+            f"{small} is no parameter: the one of that name was made with other assumptions (real=True, positive=True, ...)",
+            code="other-assumptions",
         )
-    raise WuchtError(f"{small} is no parameter of the System; {nearest(small.name, system.parameter_names)}")
+    raise WuchtError(
+        f"{small} is no parameter of the System; {nearest(small.name, system.parameter_names)}", code="no-parameter"
+    )
 
 
 def refuse_other_orders(order: int, what: str) -> None:
     """Raises ``WuchtError`` for an order that is not the integer 1 or 2."""
     if isinstance(order, bool) or not isinstance(order, int) or order not in (1, 2):
-        raise WuchtError(f"{what} of order {order!r}: must be 1 or 2")
+        raise WuchtError(f"{what} of order {order!r}: must be 1 or 2", code="order")
 
 
 def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) -> None:
@@ -43,7 +47,8 @@ def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) 
         if small is not None and small in frequency.free_symbols:
             raise WuchtError(
                 f"the frequency in {wave} depends on {small}: over times 1/{small} it cannot be expanded. "
-                "Make the slow part of the angle a state"
+                "Make the slow part of the angle a state",
+                code="slow-frequency",
             )
 
 
@@ -55,7 +60,8 @@ def refuse_slow_time(rate: sp.Expr, leading: sp.Expr, small: sp.Symbol | None, s
     if small is not None and TIME in _without_waves(rate).free_symbols and TIME not in _without_waves(leading).free_symbols:
         raise WuchtError(
             f"the rate of {state} depends on {TIME} in a way that disappears with {small}: over times 1/{small} such a slow "
-            f"time is not small. Make it a state: s' = {small} in the place of {small} {TIME}"
+            f"time is not small. Make it a state: s' = {small} in the place of {small} {TIME}",
+            code="slow-time",
         )
 
 
@@ -75,7 +81,10 @@ def refuse_kinks(rate: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> None:
     for a in rate.atoms(*_KINKS):
         smooth = isinstance(a, sp.Abs | sp.sign | sp.Heaviside) and a.args[0].xreplace({small: sp.S.Zero}) != 0
         if small in a.free_symbols and not smooth:
-            raise WuchtError(f"the rate of {state} has no expansion in powers of {small}: {a} may have a kink at {small} = 0")
+            raise WuchtError(
+                f"the rate of {state} has no expansion in powers of {small}: {a} may have a kink at {small} = 0",
+                code="no-expansion",
+            )
 
 
 def _without_waves(e: sp.Expr) -> sp.Expr:

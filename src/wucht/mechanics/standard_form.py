@@ -37,19 +37,20 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
         Where the symbol is no state, does not turn, the System depends on time itself, or has an output ``time`` already.
     """
     if angle not in system.states:
-        raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}")
+        raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}", code="no-state")
     noted = (*system.outputs, *system.quadratures)
     everything = (*system.derivatives, *(e for _, e in system.definitions), *(e for o in noted for e in (o.expression, o.jump)))
     if any(TIME in sp.sympify(e).free_symbols for e in everything):
         raise WuchtError(
-            f"the System depends on {TIME} itself: make that a state before {angle} becomes the independent variable"
+            f"the System depends on {TIME} itself: make that a state before {angle} becomes the independent variable",
+            code="time-dependent",
         )
     _refuse_taken_outputs(system, [ELAPSED])
     at = {angle: TIME}
     rate = dict(zip(system.states, system.derivatives, strict=True))
     speed = sp.sympify(rate.pop(angle)).xreplace(at)
     if speed == 0:
-        raise WuchtError(f"{angle} does not turn: it cannot be the independent variable")
+        raise WuchtError(f"{angle} does not turn: it cannot be the independent variable", code="does-not-turn")
     return replace(
         system,
         states=tuple(rate),
@@ -94,22 +95,25 @@ def with_amplitude_and_phase(
     """
     missing = [s.name for s in (position, velocity) if s not in system.states]
     if missing:
-        raise WuchtError(f"{', '.join(missing)} is no state: {', '.join(system.state_names)}")
+        raise WuchtError(f"{', '.join(missing)} is no state: {', '.join(system.state_names)}", code="no-state")
     unknown = sp.sympify(frequency).free_symbols - set(system.parameters)
     if unknown:
         raise WuchtError(
-            f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: parameters alone may be in it"
+            f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: parameters alone may be in it",
+            code="frequency-varies",
         )
     if identically_zero(sp.sympify(frequency)):
-        raise WuchtError(f"the frequency {frequency} is zero: what does not oscillate has no amplitude and phase")
+        raise WuchtError(
+            f"the frequency {frequency} is zero: what does not oscillate has no amplitude and phase", code="zero-frequency"
+        )
     known = {s.name for s in (*system.states, *system.parameters, *(d for d, _ in system.definitions), TIME)}
     taken = sorted({s.name for s in (amplitude, phase)} & known)
     if taken:
-        raise WuchtError(f"{', '.join(taken)} is in the System already: give another symbol")
+        raise WuchtError(f"{', '.join(taken)} is in the System already: give another symbol", code="name-taken")
     if amplitude.name == phase.name:
-        raise WuchtError(f"amplitude and phase are both called {phase}: give two symbols")
+        raise WuchtError(f"amplitude and phase are both called {phase}: give two symbols", code="name-twice")
     if position == velocity:
-        raise WuchtError(f"{position} is given as position and as velocity: two states are allowed")
+        raise WuchtError(f"{position} is given as position and as velocity: two states are allowed", code="state-twice")
     _refuse_taken_outputs(system, [position.name, velocity.name])
     turned = frequency * TIME + phase
     at = {position: amplitude * sp.cos(turned), velocity: -frequency * amplitude * sp.sin(turned)}
@@ -134,4 +138,7 @@ def with_amplitude_and_phase(
 def _refuse_taken_outputs(system: System, new: Sequence[str]) -> None:
     taken = sorted({o.name for o in (*system.outputs, *system.quadratures)} & {*new})
     if taken:
-        raise WuchtError(f"an output {', '.join(taken)} is in the System already, and the new System has one: rename it before")
+        raise WuchtError(
+            f"an output {', '.join(taken)} is in the System already, and the new System has one: rename it before",
+            code="output-taken",
+        )

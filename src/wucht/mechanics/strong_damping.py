@@ -86,7 +86,10 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     slow = [s for s in system.states if s not in damped]
     unknown = [s.name for s in damped if s not in system.states]
     if unknown or not damped or not slow:
-        raise WuchtError(f"damped states {', '.join(unknown) or 'none'}: some of {', '.join(system.state_names)}, not all")
+        raise WuchtError(
+            f"damped states {', '.join(unknown) or 'none'}: some of {', '.join(system.state_names)}, not all",
+            code="damped-states",
+        )
     rate = {s: regular(sp.sympify(system.explicit(f)), small) for s, f in zip(system.states, system.derivatives, strict=True)}
     refuse_small_frequencies(list(rate.values()), small)
     X = [in_powers(rate[s], small, s) for s in slow]
@@ -149,7 +152,8 @@ def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
         if minor.is_nonpositive or (minor.is_number and not minor.evalf() > 0):
             raise WuchtError(
                 f"the matrix K = {matrix.tolist()} of the damped states is not stable (Hurwitz: {minor} > 0 does not hold): "
-                "what is not damped cannot be put on a slow manifold"
+                "what is not damped cannot be put on a slow manifold",
+                code="unstable",
             )
         if not minor.is_positive:
             left.append(minor)
@@ -160,9 +164,15 @@ def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.I
     """K and g of rates that are K y + g."""
     K = sp.ImmutableMatrix(rates).jacobian(damped).applyfunc(sp.simplify)
     if K.free_symbols & set(damped):
-        raise WuchtError("without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)")
+        raise WuchtError(
+            "without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)",
+            code="not-linear",
+        )
     if TIME in K.free_symbols:
-        raise WuchtError(f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide on its stability")
+        raise WuchtError(
+            f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide on its stability",
+            code="not-constant",
+        )
     return K, [r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates]
 
 

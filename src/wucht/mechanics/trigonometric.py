@@ -27,7 +27,7 @@ def explained(what: str) -> Iterator[None]:
     try:
         yield
     except WuchtError as error:
-        raise type(error)(f"{what}: {error}") from error
+        raise type(error)(f"{what}: {error}", code=error.code) from error
 
 
 Key = tuple[sp.Expr, sp.Expr]
@@ -117,18 +117,18 @@ def expansion(e: sp.Expr, t: sp.Symbol) -> Terms:
             return reduce(_product, [expansion(e.base, t)] * int(e.exp))
         base = nonzero(expansion(e.base, t))
         if set(base) != {CONSTANT}:
-            raise NotTrigonometricError(f"{e} has {t} in its denominator")
+            raise NotTrigonometricError(f"{e} has {t} in its denominator", code="denominator")
         return {CONSTANT: (base[CONSTANT][0] ** e.exp, sp.S.Zero)}
     if isinstance(e, sp.sin | sp.cos | sp.exp):
         key = evenly(-sp.I * e.args[0] if isinstance(e, sp.exp) else e.args[0], t)
         if key is None:
-            raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {t}")
+            raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {t}", code="uneven-argument")
         if isinstance(e, sp.exp) and {w.is_real for w in key} != {True}:
-            raise NotTrigonometricError(f"{e} is neither a sine nor a cosine of {t}")
+            raise NotTrigonometricError(f"{e} is neither a sine nor a cosine of {t}", code="not-trigonometric")
         return _wave(*key, *_AMPLITUDES[e.func])
     if e == t or (e.is_Pow and e.base == t):
         raise secular(t)
-    raise NotTrigonometricError(f"{e} is no polynomial in sines and cosines of {t}")
+    raise NotTrigonometricError(f"{e} is no polynomial in sines and cosines of {t}", code="no-polynomial")
 
 
 def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
@@ -166,7 +166,8 @@ def common_period(frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
 def secular(t: sp.Symbol) -> WuchtError:
     """The error of a term that grows with t."""
     return WuchtError(
-        f"{t} stands outside of sines and cosines: such a secular term has no mean over {t}, or none that is uniform"
+        f"{t} stands outside of sines and cosines: such a secular term has no mean over {t}, or none that is uniform",
+        code="secular",
     )
 
 

@@ -48,7 +48,7 @@ class AveragingError:
         time: since the start, any shape. Raises ``WuchtError`` where X has no period.
         """
         if self.period is None:
-            raise WuchtError("the bound (3.13) is one for periodic right-hand sides: this one has no period")
+            raise WuchtError("the bound (3.13) is one for periodic right-hand sides: this one has no period", code="no-period")
         t, e = np.asarray(time, float), self.epsilon
         whole = np.floor(t / self.period * (1 + 1e-12)) + 1  # a time N T that is rounded down still counts as the N-th
         bound = 2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
@@ -82,13 +82,13 @@ def averaging_error(
     """
     for name, given in (("period", period), ("length", length), ("points", points), ("steps", steps)):
         if given is not None and not (given > 0 and math.isfinite(given)):
-            raise WuchtError(f"the {name} must be positive and finite, not {given}")
+            raise WuchtError(f"the {name} must be positive and finite, not {given}", code="period")
     parameters = system.values(values)
     missing = [s for s in system.state_names if s not in box]
     if missing:
-        raise WuchtError(f"the box of states has no limits for {', '.join(missing)}")
+        raise WuchtError(f"the box of states has no limits for {', '.join(missing)}", code="no-limits")
     if small not in system.parameter_names or not values[small] > 0:
-        raise WuchtError(f"the small parameter {small} must be a parameter of the System and positive")
+        raise WuchtError(f"the small parameter {small} must be a parameter of the System and positive", code="epsilon")
     epsilon, limits = float(values[small]), [box[name] for name in system.state_names]
     axes = [np.linspace(low, high, points).tolist() if low != high else [float(low)] for low, high in limits]
     end = period if period is not None else length / epsilon
@@ -108,7 +108,8 @@ def averaging_error(
             difference = X - mean.array(*at, of_mean) / epsilon
         if not (np.isfinite(J).all() and np.isfinite(difference).all()):
             raise WuchtError(
-                f"the right-hand side is not finite at {dict(zip(system.state_names, state, strict=True))}, in the box"
+                f"the right-hand side is not finite at {dict(zip(system.state_names, state, strict=True))}, in the box",
+                code="not-finite",
             )
         largest = max(largest, float(np.linalg.norm(X, axis=0).max()))
         steepest = max(steepest, float(np.linalg.norm(J, 2, axis=(0, 1)).max()))

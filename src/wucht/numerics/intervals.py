@@ -41,7 +41,7 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
         return np.tanh(below), np.tanh(above)
     if isinstance(e, PiecewiseCubic):
         return cubics_of(e.args[1], enclosure(e.args[0], symbol, low, high))
-    raise WuchtError(f"no bounds are known of {e}")
+    raise WuchtError(f"no bounds are known of {e}", code="no-bounds")
 
 
 def cubics_of(pieces: Pieces, a: Interval) -> Interval:

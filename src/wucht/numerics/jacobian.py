@@ -59,7 +59,9 @@ class Jacobian:
         """
         unknown = [name for name in along if name not in system.parameter_names]
         if unknown:
-            raise WuchtError(f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}")
+            raise WuchtError(
+                f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}", code="no-parameter"
+            )
         directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in along)]
         n = len(system.states)
         rates = tuple(sp.sympify(d) for d in system.derivatives)

@@ -167,13 +167,14 @@ def periodic_orbit(
         orbit, closing = equations.closed(samples, motion, closing, most_steps)
     except RunError as error:
         equations.refuse_jumps(motion, duration)
-        raise RunError(f"no periodic motion was found: {error}") from None
+        raise RunError(f"no periodic motion was found: {error}", code="no-convergence") from None
     equations.refuse_jumps(equations.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES), orbit.period)
     residual = max(orbit.residual, closing.missed(orbit.gap))
     if not (orbit.residual <= _TOLERANCE and (left_open or residual <= _TOLERANCE)):
         raise WuchtError(
             f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
-            f"more than {_TOLERANCE:g}"
+            f"more than {_TOLERANCE:g}",
+            code="too-many-steps",
         )
     logs = equations.multipliers(orbit, closing, residual <= _TOLERANCE)
     monodromy = reduce(lambda whole, each: each @ whole, orbit.at.maps) * closing.sizes[:, None] / closing.sizes
@@ -186,18 +187,23 @@ def _held(
     """The states that keep their values of the guess. Raises ``WuchtError`` where the arguments do not fit."""
     n = len(system.states)
     if len(samples) != n or advance.shape != (n,) or not (np.isfinite(samples).all() and np.isfinite(advance).all()):
-        raise WuchtError(f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance")
+        raise WuchtError(
+            f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance", code="shape"
+        )
     if not (math.isfinite(period) and period > 0):
-        raise WuchtError(f"the period of a periodic motion is positive, not {period}")
+        raise WuchtError(f"the period of a periodic motion is positive, not {period}", code="period")
     if phase_state is not None and phase_state not in range(n):
-        raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}")
+        raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}", code="no-state")
     if free_period and depends_on_time(system):
-        raise WuchtError("the period of a periodic motion is free, but the equations depend on time: give the period")
+        raise WuchtError(
+            "the period of a periodic motion is free, but the equations depend on time: give the period", code="time-dependent"
+        )
     if phase_state is not None or not free_period:
         return () if phase_state is None else (phase_state,)
     if not advance.any():
         raise WuchtError(
-            "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances"
+            "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances",
+            code="phase-state",
         )
     return (int(np.flatnonzero(advance)[0]),)
 
@@ -279,5 +285,6 @@ class _Equations:
         for function, argument in zip(jumping, evaluator.array(times, motion, self.parameters), strict=True):
             if any(argument.min() <= jump <= argument.max() for jump in function.args[1].jumps()):
                 raise WuchtError(
-                    f"the periodic motion passes a jump of {function}: its multipliers are not defined by the equations"
+                    f"the periodic motion passes a jump of {function}: its multipliers are not defined by the equations",
+                    code="jump",
                 )

@@ -69,7 +69,7 @@ def read(path: Path) -> dict[str, Any]:
         return {name: _unpacked(value, joined) for name, value in json.loads(tree).items()}
     except Exception as error:
         # Whatever a damaged group makes the readers beneath stumble over: to the user it is one thing.
-        raise WuchtError(f"{path} cannot be read: {error}") from None
+        raise WuchtError(f"{path} cannot be read: {error}", code="incomplete") from None
 
 
 def size(value: Any) -> int:
@@ -109,7 +109,9 @@ def _packed(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
         return {"list": [_packed(v, arrays) for v in value], "tuple": isinstance(value, tuple)}
     if is_dataclass(value) and not isinstance(value, type):
         return {"class": _name(type(value)), "fields": {f.name: _packed(getattr(value, f.name), arrays) for f in fields(value)}}
-    raise WuchtError(f"a {type(value).__name__} cannot be kept: units of work return frozen dataclasses, arrays and numbers")
+    raise WuchtError(
+        f"a {type(value).__name__} cannot be kept: units of work return frozen dataclasses, arrays and numbers", code="unit"
+    )
 
 
 def _packed_array(array: np.ndarray, arrays: Arrays) -> Any:

@@ -162,7 +162,8 @@ def _finish(folder: Path) -> None:
         except OSError as error:
             why = f"{folder / file.name} cannot be replaced: {error.strerror or error}"
             raise RunError(
-                f"{why}. Close what has it open; the new result is in {left} until the folder is used again"
+                f"{why}. Close what has it open; the new result is in {left} until the folder is used again",
+                code="not-replaced",
             ) from None
     with suppress(OSError):
         left.rmdir()

@@ -86,7 +86,7 @@ def replacing(path: Path, write: Callable[[Path], object]) -> Path:
         write(beside)
         beside.replace(path)
     except OSError as error:
-        raise RunError(f"{path} cannot be written: {error.strerror or error}") from None
+        raise RunError(f"{path} cannot be written: {error.strerror or error}", code="not-written") from None
     finally:
         with suppress(OSError):
             beside.unlink(missing_ok=True)

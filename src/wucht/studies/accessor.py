@@ -49,7 +49,7 @@ class ResultAccessor:
     def __init__(self, result: xr.Dataset) -> None:
         missing = [name for name in ("study", "title", "input", "summary", "finished") if name not in result.attrs]
         if missing:
-            raise WuchtError(f"this is no result of a study: its attribute {missing[0]!r} is missing")
+            raise WuchtError(f"this is no result of a study: its attribute {missing[0]!r} is missing", code="no-result")
         self._result = result
         asked = json.loads(result.attrs["input"])
         self.study: str = result.attrs["study"]

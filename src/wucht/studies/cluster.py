@@ -124,7 +124,9 @@ class Cluster:
             raise RunError(f"a worker cannot compute: {error}; install the same wucht[cluster] there") from None
 
     def _gone(self) -> RunError:
-        return RunError(f"the scheduler at {self._address} is gone; --resume goes on from what was computed")
+        return RunError(
+            f"the scheduler at {self._address} is gone; --resume goes on from what was computed", code="scheduler-gone"
+        )
 
 
 def _counted(workers: Mapping[str, int]) -> str:
@@ -241,12 +243,16 @@ def _on_worker(packed: bytes, made_with: Mapping[str, str], topic: str, name: st
     other = {k: (version, mine.get(k)) for k, version in made_with.items() if mine.get(k) != version}
     if other:
         differ = ", ".join(f"{k} {theirs} (here {ours})" for k, (ours, theirs) in other.items())
-        raise RunError(f"the worker {worker.address} has {differ}: all must have the same, for the same result")
+        raise RunError(
+            f"the worker {worker.address} has {differ}: all must have the same, for the same result", code="other-versions"
+        )
     try:
         task: Task[Any] = pickle.loads(packed)
     except (ImportError, AttributeError) as error:
         why = "what --import names must be installed there"
-        raise RunError(f"the worker {worker.address} cannot load what it is to compute ({error}): {why}") from None
+        raise RunError(
+            f"the worker {worker.address} cannot load what it is to compute ({error}): {why}", code="not-loaded"
+        ) from None
     try:
         with np.errstate(all="ignore"):
             return task(_teller(worker, topic, name))

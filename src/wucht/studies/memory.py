@@ -97,7 +97,7 @@ class Memory:
             except OSError as error:
                 if isinstance(error, FileNotFoundError) and tried < _TRIES:
                     continue
-                raise RunError(f"{self._store} cannot be written: {error.strerror or error}") from None
+                raise RunError(f"{self._store} cannot be written: {error.strerror or error}", code="not-written") from None
         self._new, self._size = {}, 0
 
     def _write(self, store: Path) -> None:

@@ -51,7 +51,9 @@ class Study:
         except Exception as error:
             if self.package.startswith("wucht."):
                 raise
-            raise WuchtError(f"the study {self.kind!r} ({self.package}) cannot be loaded: {error}") from error
+            raise WuchtError(
+                f"the study {self.kind!r} ({self.package}) cannot be loaded: {error}", code="not-loaded"
+            ) from error
         inside = hasattr(whole, "__path__") and find_spec(f"{self.package}.{part}") is not None
         return import_module(f"{self.package}.{part}") if inside else whole
 

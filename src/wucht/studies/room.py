@@ -67,4 +67,4 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
 def out_of_memory(error: MemoryError) -> RunError:
     """The sentence for a study that did not fit after all."""
     what = f" ({error})" if str(error) else ""
-    return RunError(f"there is not enough memory for this study{what}; {REMEDY}")
+    return RunError(f"there is not enough memory for this study{what}; {REMEDY}", code="memory")

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.laws.synthesis import extremes
@@ -107,18 +108,18 @@ WRONG = {
 
 @pytest.mark.parametrize(("sentence", "given"), WRONG.items())
 def test_what_is_refused(sentence, given):
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         law(**{"restrictions": [TOP, DWELL]} | given)
-    assert any(str(refused.value).startswith(s) or s in str(refused.value) for s in sentence.split("|"))
+    assert any(str(raised.value).startswith(s) or s in str(raised.value) for s in sentence.split("|"))
 
 
 def test_what_contradicts_itself_says_what_must_give_way_and_how_many_harmonics_are_enough():
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         law(TOP, LIMITED, **FEW)
-    said = str(refused.value)
+    said = str(raised.value)
     assert "no motion of 2 harmonics satisfies them all; what may give way: law.restrictions[" in said
     assert "; 5 harmonics are enough" in said
-    with pytest.raises(InputError, match="more than one of them must give way"):
+    with refused("law.restrictions", given=None):
         law({"at": 3, "equals": 1}, {"at": 3, "equals": 2}, {"at": 3, "equals": 3}, DWELL)
 
 
@@ -131,9 +132,9 @@ def _accelerated(harmonics, bound):
 
 def test_bounds_of_the_acceleration_say_what_must_give_way_in_their_own_unit():
     """Each by a linear programme of its own on a fine grid (SciPy's linprog): 13.05 deg, 8.07 deg, 22.8 deg/rad^2."""
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         _accelerated(6, 10)
-    said = str(refused.value)
+    said = str(raised.value)
     for amount in (
         "restrictions[0] alone by 13 deg,",
         "restrictions[1] alone by 8.07 deg",
@@ -144,7 +145,7 @@ def test_bounds_of_the_acceleration_say_what_must_give_way_in_their_own_unit():
 
 @pytest.mark.parametrize(("harmonics", "bound"), [(5, 1), (8, 5), (12, 1), (12, 20)])
 def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
-    with pytest.raises(InputError, match="no motion of"):
+    with refused("law.restrictions", given=None):
         _accelerated(harmonics, bound)
 
 
@@ -163,7 +164,7 @@ def test_a_point_on_the_arc_that_is_to_be_flat_is_told(on, told):
     if not told:
         assert asked.motion("rad").count == 5
         return
-    with pytest.raises(InputError, match=r"law.restrictions\[0\]: it lies on the arc of law.restrictions\[1\]"):
+    with refused("law.restrictions[0]", "law.restrictions[1]", given=None):
         asked.motion("rad")
 
 
@@ -178,21 +179,21 @@ def test_an_arc_may_begin_in_any_turn(begin):
     [("position", "24 deg/rad^3"), ("position", "24 deg rad"), ("acceleration", "24 deg/rad"), ("velocity", "3 deg*rad")],
 )
 def test_a_unit_of_another_derivative_is_refused(of, given):
-    with pytest.raises(InputError, match="must be an angle of the output"):
+    with refused("law.restrictions[2].equals"):
         law(TOP, DWELL, {"of": of, "at": 1.0, "equals": given})
 
 
 @pytest.mark.parametrize(("share", "feasible"), [(0.99, False), (1.01, True)])
 def test_by_how_much_it_must_give_way(share, feasible):
     """Of the dwell: to 0.5 degrees and what is said."""
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         law(TOP, LIMITED, **FEW)
-    by = float(str(refused.value).split("law.restrictions[1] alone by ")[1].split(" deg")[0])
+    by = float(str(raised.value).split("law.restrictions[1] alone by ")[1].split(" deg")[0])
     eased = DWELL | {"tolerance": f"{0.5 + share * by} deg"}
     if feasible:
         law(TOP, eased, **FEW)
     else:
-        with pytest.raises(InputError, match="no motion of 2 harmonics"):
+        with refused("law.restrictions", given=None):
             law(TOP, eased, **FEW)
 
 
@@ -211,9 +212,9 @@ def test_whether_the_output_turns_or_slides(given, known, unit):
 
 
 def test_an_output_does_not_do_both():
-    with pytest.raises(InputError, match=r"b: given '10 mm'; must be an angle of the output"):
+    with refused("b", given="10 mm", code="dimension"):
         unit_of_output([("a", "24 deg"), ("b", "10 mm")], None)
-    with pytest.raises(InputError, match=r"a: given '24 deg'; must be a displacement of the output"):
+    with refused("a", given="24 deg", code="dimension"):
         unit_of_output([("a", "24 deg")], "m")
-    with pytest.raises(InputError, match="must be an angle or a length"):
+    with refused("a", given="24 kg"):
         unit_of_output([("a", "24 kg")], None)

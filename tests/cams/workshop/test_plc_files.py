@@ -5,10 +5,11 @@ import re
 import numpy as np
 import pytest
 from curves_to_mill import LAW
+from tests.refusals import failed, refused
 
 from wucht.cams.workshop.plc import Interpolation, Unit, cam_table, largest_deviation
 from wucht.cams.workshop.plc_files import Form, read_cam_table, write_cam_table
-from wucht.errors import InputError, RunError
+from wucht.errors import InputError
 
 LINEAR, QUINTIC = Interpolation.LINEAR, Interpolation.QUINTIC
 PAIRS = [
@@ -86,58 +87,58 @@ def test_even_spacing_survives_rounding(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("form", "table", "name", "sentence"),
+    ("form", "table", "name", "refusal"),
     [
-        (Form.CODESYS, LINEAR, "Cam", "form: given 'codesys'; it needs a table made for quintic interpolation"),
-        (Form.CODESYS_ASCII, QUINTIC, "Cam", "form: given 'codesys-ascii'; it needs a table made for linear interpolation"),
-        (Form.CSV, LINEAR, "1st", "name: given '1st'; it must be a name in IEC 61131-3"),
-        (Form.TWINCAT, LINEAR, "Cam; END_VAR", "name: given"),
+        (Form.CODESYS, LINEAR, "Cam", refused("form", given="codesys")),
+        (Form.CODESYS_ASCII, QUINTIC, "Cam", refused("form", given="codesys-ascii")),
+        (Form.CSV, LINEAR, "1st", refused("name", "IEC", "61131", given="1st")),
+        (Form.TWINCAT, LINEAR, "Cam; END_VAR", refused("name", given="Cam; END_VAR")),
     ],
 )
-def test_what_cannot_be_written(tmp_path, form, table, name, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_what_cannot_be_written(tmp_path, form, table, name, refusal):
+    with refusal:
         write_cam_table(tmp_path / "cam.txt", small(table), form, name)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_place_that_cannot_be_written_to(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunError, match=r"cam\.txt cannot be written"):
+    with failed("not-written", "cam.txt"):
         write_cam_table(tmp_path / "file" / "cam.txt", small(LINEAR), Form.CSV)
 
 
 @pytest.mark.parametrize(
-    ("form", "old", "new", "sentence"),
+    ("form", "old", "new", "refusal"),
     [
-        (Form.CSV, "170.00;", "17O.00;", "it holds what is no number: .*17O"),
-        (Form.CSV, "170.00;", "nan;", r"missing \(NaN\)"),
-        (Form.CSV, "45.0000;", "95.0000;", "must rise from 0 to 360 deg"),
-        (Form.CSV, "360.0000;", "359.0000;", "must rise from 0 to 360 deg"),
-        (Form.CSV, "360.0000;170", "360.0000;171", "must come back to where it was"),
-        (Form.CSV, ";1.04720;", ";", "there is no cam table of the form csv in it"),
-        (Form.CSV, "slave in mm", "slave in deg", "its slave is in deg, not in mm"),
-        (Form.CODESYS, "dY := 170.00", "dY := none", "an array of another length than its 7 rows"),
-        (Form.TWINCAT, "SlavePos := 170.00", "SlavePos := none", "an array of another length than its 7 rows"),
+        (Form.CSV, "170.00;", "17O.00;", refused("cam.txt", code="no-number")),
+        (Form.CSV, "170.00;", "nan;", refused("cam.txt", code="not-finite")),
+        (Form.CSV, "45.0000;", "95.0000;", refused("cam.txt", "360 deg", given=None)),
+        (Form.CSV, "360.0000;", "359.0000;", refused("cam.txt", "360 deg", given=None)),
+        (Form.CSV, "360.0000;170", "360.0000;171", refused("cam.txt", code="not-closed")),
+        (Form.CSV, ";1.04720;", ";", refused("cam.txt", code="no-table")),
+        (Form.CSV, "slave in mm", "slave in deg", refused("cam.txt", code="unit")),
+        (Form.CODESYS, "dY := 170.00", "dY := none", refused("cam.txt", given=None)),
+        (Form.TWINCAT, "SlavePos := 170.00", "SlavePos := none", refused("cam.txt", given=None)),
     ],
 )
-def test_a_damaged_table(tmp_path, form, old, new, sentence):
+def test_a_damaged_table(tmp_path, form, old, new, refusal):
     path = write_cam_table(tmp_path / "cam.txt", small(QUINTIC), form)
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new))
-    with pytest.raises(InputError, match=sentence):
+    with refusal:
         read_cam_table(path, form, Unit.MILLIMETRE)
 
 
 def test_a_position_table_that_lost_a_number(tmp_path):
     path = write_cam_table(tmp_path / "cam.txt", small(LINEAR), Form.TWINCAT)
     path.write_text(path.read_text().replace("360.0000, 170.00]", "360.0000]"))
-    with pytest.raises(InputError, match="an array of another length than its 8 rows"):
+    with refused("cam.txt", given=None):
         read_cam_table(path, Form.TWINCAT, Unit.MILLIMETRE)
 
 
 @pytest.mark.parametrize("form", Form)
 def test_no_table_at_all(tmp_path, form):
-    with pytest.raises(InputError, match="there is no such file"):
+    with refused("", code="no-file", file="cam.txt"):
         read_cam_table(tmp_path / "cam.txt", form, Unit.DEGREE)
     (tmp_path / "cam.txt").write_text("\n")
     with pytest.raises(InputError, match=f"there is no cam table of the form {form.value} in it"):

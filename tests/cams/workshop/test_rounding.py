@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from curves_to_mill import RADIUS, ellipse, hollow, lobes
+from tests.refusals import refused
 
 from wucht.cams.workshop.points import even_points
 from wucht.cams.workshop.rounding import FINE, WORST, rounding_warning
-from wucht.errors import InputError
 
 
 def rounded(position, step):
@@ -79,5 +79,5 @@ def test_where_the_curve_is_flat_a_circle_of_its_length_stands_for_it(curve):
 
 @pytest.mark.parametrize("rounding", [0.0, -1e-6, math.nan])
 def test_a_rounding_that_is_none(rounding):
-    with pytest.raises(InputError, match="rounding: given"):
+    with refused("rounding"):
         rounding_warning(ellipse(), even_points(ellipse(), 10), rounding)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.numerics.continuation.deflation import Deflation, deflated, disconnected_branches, equilibria_at, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
@@ -112,7 +112,7 @@ def test_the_shift_keeps_a_start_from_running_away() -> None:
 
 
 def test_starts_are_checked_and_reproducible() -> None:
-    with pytest.raises(InputError, match="starts"):
+    with refused("starts", given="an array of shape (2, 3)"):
         deflated(equations(UNFOLDED), [0.0], np.zeros((2, 3)))
     np.testing.assert_array_equal(seeded([0, 1], [1, 3], 4, seed=3), seeded([0, 1], [1, 3], 4, seed=3))
     assert (seeded([0, 1], [1, 3], 50)[1] >= 1).all()

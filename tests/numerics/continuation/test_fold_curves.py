@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.optimize import brentq
+from tests.refusals import rejected
 
 from auto_demos import AB
-from wucht.errors import RunError, WuchtError
+from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
@@ -173,7 +174,7 @@ def test_a_point_costs_few_evaluations() -> None:
 
 
 def test_two_parameters_are_needed() -> None:
-    with pytest.raises(WuchtError, match="needs two parameters that are varied; given: p1"):
+    with rejected("one-parameter"):
         Folds(Equations.of(AB, ["p1"], {"p2": 15.0}), [(0, 1), (0, 1)])
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.special import ellipj, ellipk
+from tests.refusals import failed
 
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled import compile_system
@@ -97,7 +98,7 @@ def test_functions_mean_the_same_to_heyoka_and_scipy(function):
 
 def test_a_function_that_heyoka_lacks_names_the_way_out():
     pytest.importorskip("heyoka")
-    with pytest.raises(RunError, match="heyoka has no function 'besselj'; use the SciPy engine"):
+    with failed("no-function", "besselj"):
         compile_system(System((x,), (sp.besselj(0, x),)), engine="heyoka")
 
 
@@ -164,7 +165,7 @@ def test_the_state_at_a_failure_is_a_number(engine):
 
 def test_parameters_that_divide_by_zero_are_refused_with_a_sentence(engine):
     system = System((x,), (x / k,), (k,))
-    with pytest.raises(RunError, match=r"cannot be evaluated at these parameters \(a division by zero, or .*\): k = 0"):
+    with failed("not-evaluated", "k = 0"):
         integrate(compile_system(system, engine=engine), [1.0], {"k": 0.0}, np.linspace(0, 1, 5))
 
 
@@ -201,20 +202,20 @@ def test_progress_reports_the_time_reached(engine):
 
 @pytest.mark.parametrize("initial", [[math.nan, 0.0], [0.0, math.inf]])
 def test_an_initial_state_that_is_not_finite_is_refused(engine, initial):
-    with pytest.raises(RunError, match="has not 2 finite numbers"):
+    with failed("initial-state", "2"):
         integrate(compile_system(PENDULUM, engine=engine), initial, [], np.linspace(0, 1, 3))
 
 
 @pytest.mark.parametrize("initial", [[], [1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0]])
 def test_an_initial_state_of_the_wrong_length_is_refused(engine, initial):
     """Two states, or two states and two quadratures: neither one, three nor five numbers."""
-    with pytest.raises(RunError, match="has not 2 finite numbers"):
+    with failed("initial-state", "2"):
         integrate(compile_system(DAMPED, engine=engine), initial, VALUES, np.linspace(0, 1, 3))
 
 
 @pytest.mark.parametrize("grid", [[], [0.0, 1.0, 1.0], [0.0, 2.0, 1.0]])
 def test_times_must_increase(engine, grid):
-    with pytest.raises(RunError, match="must increase"):
+    with failed("not-increasing"):
         integrate(compile_system(PENDULUM, engine=engine), [1.0, 0.0], [], np.array(grid))
 
 

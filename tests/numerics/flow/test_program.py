@@ -2,9 +2,8 @@
 
 import numpy as np
 import sympy as sp
-from pytest import raises
+from tests.refusals import failed, rejected
 
-from wucht.errors import RunError, WuchtError
 from wucht.numerics.flow.program import Evaluator, lower, python_function
 from wucht.system import TIME, Output, System
 
@@ -59,16 +58,16 @@ def test_what_is_another_line_or_its_opposite_or_a_multiple_is_put_into_what_use
 def test_parameters_with_which_nothing_can_be_computed():
     system = System((a,), (a / (m - l),), (m, l))
     program = lower(system, system.derivatives)
-    with raises(RunError, match=r"division by zero, or .*\): m = 2, l = 2"):
+    with failed("not-evaluated", "m = 2", "l = 2"):
         program.constant_values([2.0, 2.0])
-    with raises(RunError, match="m = nan"):
+    with failed("not-evaluated", "m = nan"):
         program.constant_values([np.nan, 1.0])
 
 
 def test_a_system_asks_for_all_its_parameters():
     system = System((a,), (m * a * l,), (m, l))
     assert system.values({"l": 2, "m": 1, "more": 3}) == (1.0, 2.0)
-    with raises(WuchtError, match="no value for the parameter l"):
+    with rejected("no-value", "l"):
         system.values({"m": 1.0})
 
 

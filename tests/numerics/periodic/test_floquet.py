@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from tests.refusals import failed
 
 from known_orbits import EVEN, PITCHFORK, X, Y, Z, placed
-from wucht.errors import RunError
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.jacobian import Jacobian
 from wucht.numerics.orbits import periodic_orbit
@@ -127,7 +127,7 @@ def test_legs_are_judged_in_the_states_sizes_and_not_halved_without_end(monkeypa
     np.testing.assert_allclose(at, np.linspace(0, 1, 7), atol=1e-15)
     np.testing.assert_allclose(logarithms(finer)[0], [1j, -1j, -30], rtol=0, atol=1e-11)
     monkeypatch.setattr(floquet, "_MOST_LEGS", 5)
-    with pytest.raises(RunError, match="grow and decay too differently to be told apart on 5 legs"):
+    with failed("too-different", "5"):
         of_moderate_condition(linear, none, times, states, maps, sizes)
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from tests.refusals import refused
 
 from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
 from wucht.dynamics.sampling.label_maps import at_border
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -172,7 +172,7 @@ def test_an_axis_is_no_variable_of_the_map() -> None:
         "bodies": [{"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 1e-2}, body],
         "drive": {"kind": "linear", "slope": 0.02, "no_load_speed": 150.0},
     })  # fmt: skip
-    with pytest.raises(InputError, match=r"study\.axes\.outcome: .*a variable of the result has this name"):
+    with refused("study.axes.outcome", given="outcome"):
         prepare(Basin(axes={"outcome": [0.0, 1.0, 2], "drum": [0.0, 1.0, 2]}), machine)
 
 

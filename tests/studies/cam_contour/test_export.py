@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 from typer.testing import CliRunner
 
 import wucht
@@ -13,7 +14,6 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.speed import SpeedTable
 from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
-from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_contour.prepare import prepare
 from wucht.studies.cam_contour.spec import CamContour
@@ -53,7 +53,7 @@ def test_the_corrected_cam_is_another_one_and_its_list_says_so(file, tmp_path):
 
 
 def test_without_the_shaft_there_is_no_correction(file):
-    with pytest.raises(InputError, match=r"speed: the table \[speed\] is missing"):
+    with refused("speed", given=None):
         plain = file.parent / "plain.toml"
         plain.write_text(study_of("cam-contour").template)
         run_file(plain, {"study.corrected": True})
@@ -73,7 +73,7 @@ def test_from_the_command_line(file, tmp_path):
 def test_a_study_without_files_for_others_says_so(tmp_path):
     path = tmp_path / "law.toml"
     path.write_text(study_of("cam-law").template)
-    with pytest.raises(InputError, match="cam-law: this study has no files for others"):
+    with refused("cam-law", given=None):
         wucht.export(run_file(path), tmp_path)
 
 

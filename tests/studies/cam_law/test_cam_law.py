@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 import wucht
 from wucht.cams.drive import laws
@@ -144,19 +145,19 @@ def test_the_schema_and_the_file_of_the_result(tmp_path):
     ],
 )  # fmt: skip
 def test_bad_input_is_a_sentence_with_the_file(tmp_path, settings, sentence):
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         of_template(tmp_path, **settings)
-    assert sentence in str(refused.value)
-    assert "law.toml: " in str(refused.value)
+    assert sentence in str(raised.value)
+    assert "law.toml: " in str(raised.value)
 
 
 def test_tables_of_a_machine_and_of_a_cam_do_not_mix(tmp_path):
     path = tmp_path / "both.toml"
     path.write_text(study_of("cam-law").template + '\n[machine]\nuse = "drozdetskaya-2020/r1"\n')
-    with pytest.raises(InputError, match=r"machine: .*unknown key"):
+    with refused("machine", code="unknown-key"):
         run_file(path)
     path.write_text('[machine]\nuse = "drozdetskaya-2020/r1"\n[law]\nkind = "harmonic"\n')
-    with pytest.raises(InputError, match=r"law: .*unknown key"):
+    with refused("law", code="unknown-key"):
         run_file(path)
-    with pytest.raises(InputError, match="this study is asked of a cam drive"):
+    with refused("cam drive"):
         wucht.run(wucht.CamLaw(), wucht.load_machine("drozdetskaya-2020/r1"))

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from tests.refusals import Refusal, refused
 
-from wucht.errors import InputError
 from wucht.quantities import Unit
 from wucht.studies.capture_probability.distributions import check_form, distribution_of
 
@@ -53,29 +53,33 @@ def test_a_log_normal_one_that_is_cut_off() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "where", "sentence"),
+    ("given", "where", "refusal"),
     [
-        ({}, "", "must be a table of one distribution"),
-        ({"uniform": [0, 1], "normal": [0, 1]}, "", "must be a table of one distribution"),
-        ({"unifrom": [0, 1]}, ".unifrom", "did you mean 'uniform'"),
-        ({"uniform": [0, 1, 2]}, ".uniform", r"must be \[low, high\]"),
-        ({"uniform": 3.0}, ".uniform", r"must be \[low, high\]"),
-        ({"uniform": [0, 1], "between": [0, 1]}, ".between", "not allowed with uniform, which ends by itself"),
-        ({"uniform": ["3 mm", "1 mm"]}, ".uniform", "low below high"),
-        ({"uniform": ["3 kg", "1 mm"]}, ".uniform[0]", "this one is a mass"),
-        ({"uniform": [True, 1]}, ".uniform[0]", "must be a length"),
-        ({"normal": [1.0, 0.0]}, ".normal", "deviation above 0"),
-        ({"normal": [1.0, 0.1], "between": [2.0, 1.0]}, ".between", "low below high"),
-        ({"normal": [1.0, 0.1], "between": [2.0, 3.0]}, ".between", "more than 1e-06 of the distribution"),
-        ({"log-normal": [1.0, 0.9]}, ".log-normal", "a factor above 1"),
-        ({"log-normal": [-1.0, 1.2]}, ".log-normal", "a median above 0"),
-        ({"log-normal": [1.0, "1.2 mm"]}, ".log-normal[1]", "a number without unit"),
-        ({"log-normal": [1.0, 1.2], "between": [-1.0, 2.0]}, ".between", "not below 0"),
-        ({"triangular": [0.0, 2.0, 1.0]}, ".triangular", "low <= mode <= high"),
+        ({}, "", refused("study.random.x", given={})),
+        ({"uniform": [0, 1], "normal": [0, 1]}, "", refused("study.random.x", given={"uniform": [0, 1], "normal": [0, 1]})),
+        ({"unifrom": [0, 1]}, ".unifrom", refused("study.random.x.unifrom", "uniform", given=[0, 1])),
+        ({"uniform": [0, 1, 2]}, ".uniform", refused("study.random.x.uniform", given=[0, 1, 2])),
+        ({"uniform": 3.0}, ".uniform", refused("study.random.x.uniform", given=3.0)),
+        ({"uniform": [0, 1], "between": [0, 1]}, ".between", refused("study.random.x.between", given=[0, 1])),
+        ({"uniform": ["3 mm", "1 mm"]}, ".uniform", refused("study.random.x.uniform", given=["3 mm", "1 mm"])),
+        ({"uniform": ["3 kg", "1 mm"]}, ".uniform[0]", refused("study.random.x.uniform[0]", code="dimension")),
+        ({"uniform": [True, 1]}, ".uniform[0]", refused("study.random.x.uniform[0]", code="no-quantity")),
+        ({"normal": [1.0, 0.0]}, ".normal", refused("study.random.x.normal", given=[1.0, 0.0])),
+        ({"normal": [1.0, 0.1], "between": [2.0, 1.0]}, ".between", refused("study.random.x.between", given=[2.0, 1.0])),
+        (
+            {"normal": [1.0, 0.1], "between": [2.0, 3.0]},
+            ".between",
+            refused("study.random.x.between", "1e-06", given=[2.0, 3.0]),
+        ),
+        ({"log-normal": [1.0, 0.9]}, ".log-normal", refused("study.random.x.log-normal", given=[1.0, 0.9])),
+        ({"log-normal": [-1.0, 1.2]}, ".log-normal", refused("study.random.x.log-normal", given=[-1.0, 1.2])),
+        ({"log-normal": [1.0, "1.2 mm"]}, ".log-normal[1]", refused("study.random.x.log-normal[1]", code="dimension")),
+        ({"log-normal": [1.0, 1.2], "between": [-1.0, 2.0]}, ".between", refused("study.random.x.between", given=[-1.0, 2.0])),
+        ({"triangular": [0.0, 2.0, 1.0]}, ".triangular", refused("study.random.x.triangular", given=[0.0, 2.0, 1.0])),
     ],
 )
-def test_what_is_refused(given: dict[str, Any], where: str, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence) as refused:
+def test_what_is_refused(given: dict[str, Any], where: str, refusal: Refusal) -> None:
+    with refusal as raised:
         check_form(given, "study.random.x")
         distribution_of(given, LENGTH, "study.random.x")
-    assert refused.value.where == f"study.random.x{where}"
+    assert raised.value.where == f"study.random.x{where}"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.studies.capture_probability import sobol_indices
 from wucht.studies.capture_probability.sobol_indices import cross_sampled, indices, library
 
@@ -81,6 +81,6 @@ def test_without_the_library_that_is_said(monkeypatch: pytest.MonkeyPatch) -> No
         raise ImportError(name)
 
     monkeypatch.setattr(sobol_indices, "import_module", missing)
-    with pytest.raises(InputError, match=r"needs the extra: pip install wucht\[sensitivity\]") as refused:
+    with refused("study.sensitivity", "wucht[sensitivity]", given=True) as raised:
         library()
-    assert refused.value.where == "study.sensitivity"
+    assert raised.value.where == "study.sensitivity"

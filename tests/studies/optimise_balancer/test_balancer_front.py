@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 from known_fronts import END, MACHINE, RANGE, Parabolas, x_of
+from tests.refusals import refused
 
 from wucht.dynamics.balancers import candidates
 from wucht.dynamics.sampling import pareto_search
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.errors import InputError
 from wucht.results.conventions import summary_of
 from wucht.studies.optimise_balancer import run
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
@@ -132,5 +132,5 @@ def test_without_pymoo_a_sentence_says_what_is_needed(monkeypatch: pytest.Monkey
         return importlib.import_module(name)
 
     monkeypatch.setattr(pareto_search, "import_module", without)
-    with pytest.raises(InputError, match=r"pip install wucht\[optimise\]"):
+    with refused("study.kind", "wucht[optimise]", given="optimise-balancer"):
         ask(TWO, MACHINE)

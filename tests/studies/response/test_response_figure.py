@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.response.spec import Response
@@ -118,5 +118,5 @@ def test_a_response_of_nothing_can_be_drawn() -> None:
 
 
 def test_a_dataset_that_is_no_response_is_refused(response: xr.Dataset) -> None:
-    with pytest.raises(InputError, match="no complete result"):
+    with refused("response", given=None):
         draw(response.drop_vars("amplitude"))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
@@ -73,7 +74,7 @@ def test_an_interrupted_result_is_continued_and_comes_out_the_same(tmp_path: Pat
 def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
     machine = load_machine(MACHINE)
     run(asked(until=60.0), machine, folder=tmp_path, progress=_stop_within_the_third)
-    with pytest.raises(InputError, match="--resume"):
+    with refused("--resume", given=None):
         run(asked(until=60.0, values=(1.0, 4.0)), machine, folder=tmp_path, resume=True)
 
 
@@ -92,7 +93,7 @@ def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_refused(table: dict[str, Any], where: str, allowed: str) -> None:
-    with pytest.raises(InputError, match="study") as refused:
+    with pytest.raises(InputError, match="study") as raised:
         prepare(RunUp.read({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
-    assert refused.value.where == where
-    assert allowed in refused.value.allowed
+    assert raised.value.where == where
+    assert allowed in raised.value.allowed

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
@@ -96,7 +97,7 @@ def test_wrong_keys_are_refused(drum: Machine, keys: Mapping[str, Any], says: st
 def test_a_dimensionless_time_has_no_unit() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     assert RunUp.read({"until": 100}).until == 100.0
-    with pytest.raises(InputError, match="without unit"):
+    with refused("study.until", code="dimension"):
         run(RunUp.read({"until": "100 s"}), machine)
 
 
@@ -174,7 +175,7 @@ NOTHING = {"no drive": (DRIVE, ""), "no slope": ('"0.04 N m s"', "0"), "no speed
 @pytest.mark.parametrize("changes", NOTHING.values(), ids=NOTHING.keys())
 def test_what_nothing_turns_is_refused(study: Study, changes: tuple[str, str]) -> None:
     machine = load_machine(str(study(*changes)))
-    with pytest.raises(InputError, match="neither a drive nor an initial speed"):
+    with refused("machine.drive", given=None):
         _run(machine, until=1)
     _, short = _run(machine, until=0.1, start={"drum": {"speed": 10}})
     assert short["outcome"] == "unidentified"
@@ -248,7 +249,7 @@ def test_a_prescribed_speed_gives_the_resonance_curve(study: Study) -> None:
 def test_a_rotor_that_is_held_does_not_turn(study: Study) -> None:
     drive = '[machine.drive]\nkind = "constant-speed"\nspeed = 0\n'
     machine = load_machine(str(study(DRIVE, drive)))
-    with pytest.raises(InputError, match="nothing would turn"):
+    with refused("machine.drive", given=None):
         _run(machine, until=1)
     result, short = _run(machine, until=20, start={"p1": {"speed": 10}})
     assert short["outcome"] == "stopped"

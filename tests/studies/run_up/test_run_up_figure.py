@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
+from tests.refusals import refused
 
 import figure_checks
 from figure_checks import alike
@@ -243,7 +244,7 @@ def test_nothing_is_kept_open(balanced: xr.Dataset) -> None:
 
 
 def test_a_dataset_that_is_no_result_is_refused(balanced: xr.Dataset) -> None:
-    with pytest.raises(InputError, match="there is no figure for this study"):
+    with refused("study", given="no-such-study"):
         draw(balanced.assign_attrs(study="no-such-study"))
     with pytest.raises(InputError):
         draw(balanced.drop_vars("speed"))

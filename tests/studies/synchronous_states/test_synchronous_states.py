@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.refusals import Refusal, refused
 
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.averaged_stability import REGIONS, AveragedStability, averaged_matrices
@@ -22,7 +23,6 @@ from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import by_subdivision, from_many_starts, index, speeds_in_line
 from wucht.analysis.configurations.steady_machine import turning
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -628,15 +628,15 @@ def test_the_map_of_a_family() -> None:
 
 
 def test_refused_machines() -> None:
-    with pytest.raises(InputError, match=r"single body has no phases.*torque-balance"):
+    with refused("machine.bodies", given=None):
         prepare(SynchronousStates(), machine(drive=MOTOR))
-    with pytest.raises(InputError, match=r"single body has no phases.*study.kind = 'response'"):
+    with refused("machine.bodies", "study.kind", "response", given=None):
         prepare(SynchronousStates(), machine())
-    with pytest.raises(InputError, match=r"only 'disc' turns freely: 's1' slides in a guide .*study.kind = 'run-up'"):
+    with refused("machine.bodies", "disc", "s1", "study.kind", "run-up", given=None):
         prepare(SynchronousStates(), load_machine("sperling-vibration/figure-7"))
-    with pytest.raises(InputError, match=r"machine.carrier.motion: .*study.kind = 'entrainment'"):
+    with refused("machine.carrier.motion", "study.kind", "entrainment", given=None):
         prepare(SynchronousStates(), load_machine("sperling-vibration/sustained-rotation"))
-    with pytest.raises(InputError, match=r"entrainment"):
+    with refused("machine.carrier.motion", given=None):
         prepare(
             SynchronousStates(),
             machine_from(
@@ -647,13 +647,13 @@ def test_refused_machines() -> None:
                 }
             ),
         )
-    with pytest.raises(InputError, match=r"study.speed.*needed is the speed of the main rotor"):
+    with refused("study.speed", code="missing"):
         prepare(SynchronousStates(), machine(0.01, drive=None))
-    with pytest.raises(InputError, match="stands still"):
+    with refused("machine.drive", code="stands-still"):
         prepare(SynchronousStates(), machine(0.01, drive=HELD | {"speed": 0.0}))
-    with pytest.raises(InputError, match="there must be at most 11"):
+    with refused("machine.bodies", "11", given=12):
         prepare(SynchronousStates(), machine(*[0.001] * 11))
-    with pytest.raises(InputError, match="nothing vibrates"):
+    with refused("machine", code="still"):
         prepare(
             SynchronousStates(),
             machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR, *balls(0.01)], "drive": HELD}),
@@ -661,62 +661,62 @@ def test_refused_machines() -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "says"),
+    ("table", "refusal"),
     [
-        ({"speed": 0.0}, "study.speed.*other than 0"),
-        ({"speed": "3 kg"}, "study.speed"),
-        ({"range": [5, 10]}, "study.range.*not allowed where the speed"),
-        ({"range": [10, 5]}, "study.range.*low below high"),
-        ({"inertia": 1}, "study.inertia.*true or false"),
-        ({"full": "no"}, "study.full.*true or false"),
-        ({"axes": 3}, "study.axes.*a table"),
-        ({"axes": {"speed": [1, 2, 3]}}, r"study.axes.ratio.*\[lo, hi, cells\]"),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, r"study.axes.ratio.*\[lo, hi, cells\]"),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}}, "study.axes.ratio.*whole number of cells"),
-        ({"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}}, "study.axes.speed.*whole number of cells"),
-        ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*from 0 on"),
-        ({"axes": {"sped": [1, 2, 3]}}, "study.axes.sped.*unknown key"),
-        ({"spede": 3}, "study.spede.*did you mean 'speed'"),
-        ({"speed": 1e29}, "study.speed.*must be a speed from 0.0445 to 1e.05 rad/s, a thousandth of the lowest"),
-        ({"speed": -1e-300}, "study.speed.*must be a speed from"),
-        ({"axes": {"speed": [1, 1e29, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*must be speeds up to 1e.05 rad/s"),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e29, 3]}}, "study.axes.ratio.*must be a ratio up to 1e.06"),
+        ({"speed": 0.0}, refused("study.speed", given=0.0)),
+        ({"speed": "3 kg"}, refused("study.speed", code="dimension")),
+        ({"range": [5, 10]}, refused("study.range", given=[5.0, 10.0])),
+        ({"range": [10, 5]}, refused("study.range", given=[10, 5])),
+        ({"inertia": 1}, refused("study.inertia", given=1)),
+        ({"full": "no"}, refused("study.full", given="no")),
+        ({"axes": 3}, refused("study.axes", given=3)),
+        ({"axes": {"speed": [1, 2, 3]}}, refused("study.axes.ratio", given=None)),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, refused("study.axes.ratio", given=[0, 2])),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}}, refused("study.axes.ratio", given=[0, 2, 2.5])),
+        ({"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[1, 2, 5000])),
+        ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[-1.0, 2.0, 3])),
+        ({"axes": {"sped": [1, 2, 3]}}, refused("study.axes.sped", code="unknown-key")),
+        ({"spede": 3}, refused("study.spede", "speed", code="unknown-key")),
+        ({"speed": 1e29}, refused("study.speed", "0.0445", given=1e29)),
+        ({"speed": -1e-300}, refused("study.speed", given=-1e-300)),
+        ({"axes": {"speed": [1, 1e29, 3], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[1.0, 1e29, 3])),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e29, 3]}}, refused("study.axes.ratio", given=[0.0, 1e29, 3])),
     ],
 )
-def test_refused_questions(table: dict[str, Any], says: str) -> None:
+def test_refused_questions(table: dict[str, Any], refusal: Refusal) -> None:
     m = machine(0.012, 0.008)
-    with pytest.raises(InputError, match=says):
+    with refusal:
         prepare(SynchronousStates.read(table), m)
 
 
 @pytest.mark.parametrize(
-    ("table", "where"),
+    ("table", "refusal"),
     [
-        ({"speed": "2 rad/s"}, "study.speed"),
-        ({"range": [0.5, "2 rad/s"]}, r"study.range\[1\]"),
-        ({"axes": {"speed": ["1 rad/s", 2, 5], "ratio": [0, 1, 5]}}, r"study.axes.speed\[0\]"),
+        ({"speed": "2 rad/s"}, refused("study.speed", code="dimension")),
+        ({"range": [0.5, "2 rad/s"]}, refused("study.range[1]", code="dimension")),
+        ({"axes": {"speed": ["1 rad/s", 2, 5], "ratio": [0, 1, 5]}}, refused("study.axes.speed[0]", code="dimension")),
     ],
 )
-def test_a_dimensionless_machine_has_no_units(table: dict[str, Any], where: str) -> None:
-    with pytest.raises(InputError, match=f"{where}.*without unit"):
+def test_a_dimensionless_machine_has_no_units(table: dict[str, Any], refusal: Refusal) -> None:
+    with refusal:
         run(SynchronousStates.read(table), load_machine("drozdetskaya-2020/table-5.1"))
 
 
 def test_a_body_without_unbalance_is_refused_beforehand() -> None:
     bodies = [ROTOR | {"unbalance": 1e-12}, *balls(0.012, 0.008)]
     bodies[1] |= {"mass": 1e-20}
-    with pytest.raises(InputError, match="b0 has no unbalance: nothing fixes its phase"):
+    with refused("machine", code="no-unbalance"):
         prepare(SynchronousStates(), machine_from({"carrier": CARRIER, "bodies": bodies, "drive": HELD}))
 
 
 def test_a_range_against_the_drive_is_refused() -> None:
-    with pytest.raises(InputError, match="in the sense in which the drive turns"):
+    with refused("study.range", given=[-50.0, -10.0]):
         prepare(SynchronousStates(range=(-50.0, -10.0)), machine(0.012, 0.008, drive=MOTOR))
 
 
 @pytest.mark.parametrize("given", [(0.0, 1e29), (0.0, 1e-300), (1e28, 1e29)])
 def test_a_range_out_of_reach_is_refused(given: tuple[float, float]) -> None:
-    with pytest.raises(InputError, match=r"study.range: given .*must be speeds from .* to .* rad/s"):
+    with refused("study.range"):
         prepare(SynchronousStates(range=given), machine(0.012, 0.008, drive=MOTOR))
 
 
@@ -724,16 +724,16 @@ def test_a_map_of_bodies_with_torques_is_refused_beforehand() -> None:
     bodies = [ROTOR, *balls(0.012, 0.008)]
     loads = [{"on": "b0", "kind": "viscous", "coefficient": 0.01}]
     m = machine_from({"carrier": CARRIER, "bodies": bodies, "drive": HELD, "loads": loads})
-    with pytest.raises(InputError, match=r"study.axes.*torques of their own"):
+    with refused("study.axes", code="own-torques"):
         prepare(SynchronousStates(axes={"speed": (1.0, 2.0, 3), "ratio": (0.0, 1.0, 3)}), m)
 
 
 def test_without_any_torque_the_speed_is_needed() -> None:
     idle = machine(0.012, 0.008, drive={"kind": "linear", "slope": 0.0, "no_load_speed": 110.0})
-    with pytest.raises(InputError, match=r"study.speed.*nothing drives the machine: needed is the speed"):
+    with refused("study.speed", code="missing"):
         prepare(SynchronousStates(), idle)
     ends = machine(0.012, 0.008, drive={"kind": "table", "points": [[0, 20], [100, 0]]})
-    with pytest.raises(InputError, match=r"study.speed.*nothing drives the machine at these speeds"):
+    with refused("study.speed", code="missing"):
         prepare(SynchronousStates(range=(150.0, 200.0)), ends)
 
 
@@ -741,21 +741,21 @@ def test_the_natural_frequency_of_an_undamped_vibration_is_refused() -> None:
     bare = {"stiffness": 1e4, "damping": 0.0}
     m = machine(0.012, 0.008, carrier=bare)
     at = next(iter(natural_frequencies(m).values()))
-    with pytest.raises(InputError, match=r"study.speed: given .*natural frequency of a vibration without damping"):
+    with refused("study.speed", code="resonance"):
         prepare(SynchronousStates(speed=at), m)
-    with pytest.raises(InputError, match=r"machine.drive: given .*natural frequency"):
+    with refused("machine.drive", code="resonance"):
         prepare(SynchronousStates(), machine(0.012, 0.008, carrier=bare, drive=HELD | {"speed": at}))
     prepare(SynchronousStates(speed=1.001 * at), m)
 
 
 def test_a_map_of_exciters_is_refused() -> None:
     axes = {"speed": (1.0, 2.0, 3), "ratio": (0.0, 1.0, 3)}
-    with pytest.raises(InputError, match=r"study.axes.*at least two balancing bodies"):
+    with refused("study.axes", code="no-bodies"):
         prepare(SynchronousStates(axes=axes), exciters(3))
 
 
 def test_without_inertia_every_body_is_damped() -> None:
-    with pytest.raises(InputError, match=r"study.inertia.*not damped"):
+    with refused("study.inertia", given=False):
         prepare(SynchronousStates(inertia=False), machine(0.012, 0.008, damping=0.0))
 
 

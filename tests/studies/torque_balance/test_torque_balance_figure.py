@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from tests.refusals import refused
 
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
@@ -89,5 +89,5 @@ def test_a_torque_balance_without_vibration_or_points_can_be_drawn() -> None:
 
 
 def test_a_dataset_that_is_no_torque_balance_is_refused(balance: xr.Dataset) -> None:
-    with pytest.raises(InputError, match="no complete result"):
+    with refused("torque-balance", given=None):
         draw(balance.drop_vars("drive_torque"))

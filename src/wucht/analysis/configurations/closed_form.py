@@ -99,7 +99,7 @@ def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
     sizes = np.abs(c)
     if sizes[1:].min() <= EVEN * sizes.max():
         name = torques.names[1 + int(sizes[1:].argmin())]
-        raise InputError("machine", None, f"{name} has no unbalance: nothing fixes its phase")
+        raise InputError("machine", None, f"{name} has no unbalance: nothing fixes its phase", code="no-unbalance")
     if sizes[0] <= EVEN * sizes.max():
         return []  # in line behind a balanced rotor they would be dragged: only what compensates stays
     return [

@@ -125,7 +125,12 @@ def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch
     """
     torques = SteadyTorques.of(turning(machine, None))
     if any(torques.heads):
-        raise InputError("machine.bodies", None, "several rotors turn, and the phases between them depend on their drives")
+        raise InputError(
+            "machine.bodies",
+            None,
+            "several rotors turn, and the phases between them depend on their drives",
+            code="several-rotors",
+        )
     top = max((abs(w) for w in torques.vibration.poles.imag), default=1.0) or 1.0
     if torques.coefficients is None or not torques.idle(top * _PROBES):
         why = "balancing bodies are not on the rotor's axis, or have torques of their own"
@@ -137,6 +142,9 @@ def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch
     found += [SteadyBranch(held, branch) for branch in branches(held, top * _PROBES)]
     if not found:
         raise InputError(
-            "machine.bodies", None, "the rotor has no unbalance, and the bodies cannot balance each other: none stays"
+            "machine.bodies",
+            None,
+            "the rotor has no unbalance, and the bodies cannot balance each other: none stays",
+            code="no-unbalance",
         )
     return torques, tuple(found)

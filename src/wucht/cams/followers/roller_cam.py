@@ -64,7 +64,7 @@ class RollerFollower(Follower):
             at = at - (gap_moved * along - gap * along_moved) / determinant
             if np.abs(gap).max() <= EXACT * size:
                 return np.asarray(moved)
-        raise RunError("the follower does not touch the contour near the motion that was expected")
+        raise RunError("the follower does not touch the contour near the motion that was expected", code="no-contact")
 
     def _motion_of_edge(
         self, contour: MilledContour, turned: np.ndarray, moved: np.ndarray, at: np.ndarray, exact: float
@@ -78,7 +78,7 @@ class RollerFollower(Follower):
             at = at + (rate.conj() * off).imag / determinant
             if np.abs(off).max() <= exact:
                 return np.asarray(moved)
-        raise RunError("the edge does not touch the contour near the motion that was expected")
+        raise RunError("the edge does not touch the contour near the motion that was expected", code="no-contact")
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ def _round_a_shaft(layout: Layout, centre: complex, base: float, centre_for: Cal
             continue
         low, high, found = (share, high, tried) if goes_round(tried) else (low, share, found)
     if found is None:
-        raise RunError("no cam round a shaft of that radius was found: permit a smaller one")
+        raise RunError("no cam round a shaft of that radius was found: permit a smaller one", code="no-cam")
     return found
 
 

@@ -208,12 +208,12 @@ class ShaftTable(Described):
         torques = curves(machine, shaft_torques(machine, machine.rotor))
         driving = Driving(torques, reached, enforced, *dry_friction(machine), float(inertia))
         if not enforced and self.mean_speed is not None and (stands := driving.never_carrying(reached)):
-            raise InputError("shaft.drive", self.drive.get("kind"), stands)
+            raise InputError("shaft.drive", self.drive.get("kind"), stands, code="stands")
         if not enforced and self.mean_speed is None and (stands := driving.standing(reached)):
             started = (
                 "" if driving.never_carrying(_FAST) else ", or, if something else starts the shaft, the mean_speed expected"
             )
-            raise InputError("shaft.drive", self.drive.get("kind"), f"{stands}{started}")
+            raise InputError("shaft.drive", self.drive.get("kind"), f"{stands}{started}", code="stands")
         return driving
 
     def _machine(self, folder: Path) -> Machine:

@@ -157,5 +157,5 @@ def write_law_files(
 def _kept(file: WorkshopFile) -> WorkshopFile:
     if file.deviation > file.allowed * (1 + _EXACT) + 1e-15:
         held = f"it lies {file.deviation:.4g} {file.unit} from what it stands for, {file.allowed:.4g} {file.unit} are allowed"
-        raise RunError(f"{file.path} was written, but read again {held}")
+        raise RunError(f"{file.path} was written, but read again {held}", code="deviates")
     return file

@@ -29,7 +29,9 @@ def speed(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
     """|c'| at parameters of any shape, in m/rad. Raises ``InputError`` where the curve stands still: at a cusp."""
     absolute = np.abs(finite("curve", curve(phi, 1)))
     if not absolute.min() > _STANDING * absolute.max():
-        raise InputError("curve", None, "its derivative vanishes: there is a cusp or a corner (undercut), without a normal")
+        raise InputError(
+            "curve", None, "its derivative vanishes: there is a cusp or a corner (undercut), without a normal", code="cusp"
+        )
     return np.asarray(absolute)
 
 

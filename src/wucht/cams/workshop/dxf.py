@@ -125,13 +125,13 @@ def read_dxf(path: Path) -> Drawing:
     """Read the closed polylines, the circles, and the closed splines over 0 to 2 pi, one a layer. Raises ``InputError``."""
     ezdxf = _ezdxf()
     if not path.is_file():
-        raise InputError(str(path), None, "there is no such file")
+        raise InputError(str(path), None, "there is no such file", code="no-file")
     try:
         document = ezdxf.readfile(path)
     except (OSError, UnicodeDecodeError, ezdxf.DXFError) as error:
         raise InputError(str(path), None, f"it is no DXF file that can be read: {error}") from None
     if document.header.get("$INSUNITS", 0) != _MILLIMETRES:
-        raise InputError(str(path), None, "its header must state millimetres ($INSUNITS = 4)")
+        raise InputError(str(path), None, "its header must state millimetres ($INSUNITS = 4)", code="unit")
     drawing = Drawing({}, {}, {})
     for entity in document.modelspace():
         layer, kind = entity.dxf.layer, entity.dxftype()

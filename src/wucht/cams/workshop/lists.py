@@ -110,7 +110,7 @@ def read_list(path: Path) -> ReadList:
     lines = read_text(path).splitlines()
     header = dict(re.findall(r"^# ([^:]+): (.*)$", "\n".join(lines), re.MULTILINE))
     if missing := [k for k in (_TITLE, "sense", "points", "chord tolerance", "decimals", "columns") if k not in header]:
-        raise InputError(str(path), None, f"its header does not state: {', '.join(missing)}")
+        raise InputError(str(path), None, f"its header does not state: {', '.join(missing)}", code="header")
     columns = header["columns"].split()
     rows = [re.split(r"[;,\s]+", line.strip()) for line in lines if line.strip() and not line.startswith("#")]
     try:
@@ -118,10 +118,13 @@ def read_list(path: Path) -> ReadList:
         count, decimals = int(header["points"].split(",")[0]), int(header["decimals"])
         tolerance = None if header["chord tolerance"] == "not stated" else float(header["chord tolerance"].split()[0]) / 1e3
     except ValueError as error:
-        raise InputError(str(path), None, f"it holds what is no number: {error}") from None
+        raise InputError(str(path), None, f"it holds what is no number: {error}", code="no-number") from None
     if len(table) != len(rows) or len(rows) != count or not np.isfinite(table).all():
         raise InputError(
-            str(path), None, f"its header announces {count} points with {len(columns)} numbers each, and they are not all there"
+            str(path),
+            None,
+            f"its header announces {count} points with {len(columns)} numbers each, and they are not all there",
+            code="count",
         )
     return _as_read(header, dict(zip(columns, table.T, strict=True)), tolerance, decimals)
 

@@ -135,7 +135,9 @@ def largest_deviation(table: CamTable, law: Law, order: int = 0) -> float:
 def _check_closed(law: Law) -> None:
     values = finite("law", law(np.linspace(0, _TURN, _SAMPLES + 1)))
     if abs(values[-1] - values[0]) > _CLOSED * max(float(np.abs(values).max()), float(np.ptp(values))):
-        raise InputError("law", None, "it must come back after a turn: a lift at each turn is no periodic cam table")
+        raise InputError(
+            "law", None, "it must come back after a turn: a lift at each turn is no periodic cam table", code="not-periodic"
+        )
 
 
 def _even_steps(most: int) -> list[int]:

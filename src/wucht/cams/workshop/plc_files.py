@@ -144,16 +144,16 @@ def read_cam_table(path: Path, form: Form, unit: Unit) -> CamTable:
     text = read_text(path)
     stated = re.search(r"slave in (\w+)", text)
     if stated and stated.group(1) != unit.value:
-        raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}")
+        raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}", code="unit")
     rows, announced = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
     if announced and len(rows) != int(announced.group(2)) - int(announced.group(1)) + 1:
         raise InputError(str(path), None, f"it announces an array of another length than its {len(rows)} rows that can be read")
     if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):
-        raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it")
+        raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it", code="no-table")
     try:
         values = np.array([[float(v) for v in row] for row in rows]).T
     except ValueError as error:
-        raise InputError(str(path), None, f"it holds what is no number: {error}") from None
+        raise InputError(str(path), None, f"it holds what is no number: {error}", code="no-number") from None
     _check_rows(path, values)
     derivatives = [column / (unit.per_si * _DEGREE**order) for order, column in enumerate(values[2:], 1)] or [None, None]
     decimals = max(len(row[1].partition(".")[2]) for row in rows)
@@ -174,8 +174,8 @@ def _rows(text: str, form: Form) -> list[tuple[str, ...]]:
 def _check_rows(path: Path, values: np.ndarray) -> None:
     master, slave = values[:2]
     if not np.isfinite(values).all():
-        raise InputError(str(path), None, "none of its values may be missing (NaN)")
+        raise InputError(str(path), None, "none of its values may be missing (NaN)", code="not-finite")
     if not (np.diff(master) > 0).all() or abs(master[0]) > _WHOLE or abs(master[-1] - 360) > _WHOLE:
         raise InputError(str(path), None, "its master positions must rise from 0 to 360 deg")
     if slave[0] != slave[-1]:
-        raise InputError(str(path), None, "its slave must come back to where it was after a turn")
+        raise InputError(str(path), None, "its slave must come back to where it was after a turn", code="not-closed")

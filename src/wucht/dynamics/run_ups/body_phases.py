@@ -45,12 +45,19 @@ class BodyPhases:
         if bodies == "held" or not balancing or (given and bodies is None):
             return cls({})
         if given:
-            raise InputError("study.bodies", bodies, f"not allowed: study.start.{given[0]} says where the bodies are; {HELD}")
+            raise InputError(
+                "study.bodies",
+                bodies,
+                f"not allowed: study.start.{given[0]} says where the bodies are; {HELD}",
+                code="not-allowed",
+            )
         try:
             return cls._steady(machine, speed)
         except InputError as error:
             if bodies == "steady":
-                raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {HELD}") from None
+                raise InputError(
+                    "study.bodies", bodies, f"not known here: {error.allowed}; {HELD}", code="no-stable-phases"
+                ) from None
             return cls({}, why_held=error.allowed)
 
     @classmethod

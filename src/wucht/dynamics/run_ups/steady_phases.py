@@ -65,7 +65,8 @@ class SteadyPhases:
                 torques, branches = steady_branches(machine)
             except InputError as error:
                 if bodies == "steady":
-                    raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {HELD}") from None
+                    allowed = f"not known here: {error.allowed}; {HELD}"
+                    raise InputError("study.bodies", bodies, allowed, code=error.code) from None
                 why = error.allowed
             else:
                 angles = np.zeros(len(by_name))

@@ -8,6 +8,7 @@ from typing import Literal, Self
 import sympy as sp
 from pydantic import Field
 
+from wucht.errors import FieldError
 from wucht.fields import Described
 from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.support import Support, is_negative
@@ -80,7 +81,7 @@ class Carrier(Support):
         self.check_motion()
         free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
         if self.stiffness is None and self.frequency is None and free:
-            raise ValueError("stiffness", "this key is missing; needed is the stiffness in N/m")
+            raise FieldError("stiffness", "this key is missing; needed is the stiffness in N/m", code="missing")
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
         given = ("stiffness", "damping", "frequency", "damping_ratio")

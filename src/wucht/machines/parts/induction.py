@@ -9,6 +9,7 @@ import sympy as sp
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
+from wucht.errors import FieldError, code_of
 from wucht.machines.parts.base import Drive, si
 from wucht.machines.parts.circuit_fit import doubts, fit_in_words, fitted_circuit, largest_resistance
 from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement
@@ -81,7 +82,7 @@ class Induction(Drive):
     def check(self) -> None:
         """A whole number of pole pairs; a leakage, without which a torque would grow without bound; a field that turns."""
         if self.pole_pairs != round(self.pole_pairs):
-            raise ValueError("pole_pairs", "must be a whole number of pole pairs")
+            raise FieldError("pole_pairs", "must be a whole number of pole pairs", code="whole-number")
         if self.stator_reactance + self.rotor_reactance == 0:
             raise ValueError("rotor_reactance", "must be more than 0 ohm where the stator's reactance is 0")
         if not self.frequency and not (self.magnetising_reactance and self.stator_resistance):
@@ -161,7 +162,7 @@ def _measured(given: Any, plate: InductionNameplate) -> float | None:
     try:
         measured = Unit("ohm", "resistance of the stator").parse(given)
     except ValueError as error:
-        raise ValueError("stator_resistance", str(error)) from None
+        raise FieldError("stator_resistance", str(error), code=code_of(error)) from None
     if not 0 <= measured < most:
         allowed = f"must be from 0 to {most:.4g} ohm: with more there is no such breakdown torque"
         raise ValueError("stator_resistance", allowed)

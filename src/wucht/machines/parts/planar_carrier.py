@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 from pydantic import Field
 
+from wucht.errors import FieldError
 from wucht.fields import Described
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import Support, is_negative
@@ -70,9 +71,11 @@ class PlanarCarrier(Support):
         """Mounts, or stiffness and rotation_stiffness; none of them negative."""
         self.check_motion()
         if self.mounts and (self.stiffness is not None or self.rotation_stiffness is not None):
-            raise ValueError("mounts", "give either mounts, or stiffness with rotation_stiffness")
+            raise FieldError("mounts", "give either mounts, or stiffness with rotation_stiffness", code="either-or")
         if not self.mounts and self.stiffness is None and self.frequency is None:
-            raise ValueError("stiffness", "this key is missing; needed are mounts, or stiffness and rotation_stiffness")
+            raise FieldError(
+                "stiffness", "this key is missing; needed are mounts, or stiffness and rotation_stiffness", code="missing"
+            )
         self._check_tuning()
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
         pairs += [("frequency", self.frequency), ("damping_ratio", self.damping_ratio)]
@@ -80,7 +83,7 @@ class PlanarCarrier(Support):
         for key, value in pairs:
             if is_negative(value):
                 what = key.replace("_", " ") if key in ("frequency", "damping_ratio") else "stiffness or damping"
-                raise ValueError(key, f"must be a {what} of at least 0")
+                raise FieldError(key, f"must be a {what} of at least 0", code="limits")
         if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self.mounts):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
 
@@ -91,14 +94,22 @@ class PlanarCarrier(Support):
         refuse_rotation_both_ways(self)
         given = [m.stiffness is not None for m in self.mounts]
         if self.frequency is not None and any(given):
-            raise ValueError("frequency", "give either frequency, which all mounts share alike, or the stiffness of each mount")
+            raise FieldError(
+                "frequency",
+                "give either frequency, which all mounts share alike, or the stiffness of each mount",
+                code="either-or",
+            )
         if self.mounts and self.frequency is not None and np.any(self.damping):
             raise ValueError("damping", "not allowed with mounts: give the damping of each mount, or damping_ratio")
         if self.frequency is None and not all(given):
             missing = f"mounts[{given.index(False)}] has no stiffness"
             raise ValueError("mounts", f"{missing}; needed is that of each mount, or the carrier's frequency")
         if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.mounts):
-            raise ValueError("damping_ratio", "give either damping_ratio, which the mounts share, or the damping of each mount")
+            raise FieldError(
+                "damping_ratio",
+                "give either damping_ratio, which the mounts share, or the damping of each mount",
+                code="either-or",
+            )
         rotation = [k for k in ("rotation_frequency", "rotation_damping_ratio") if getattr(self, k) is not None]
         if self.mounts and rotation:
             raise ValueError(rotation[0], "not allowed with mounts: how the carrier turns on them follows from their places")

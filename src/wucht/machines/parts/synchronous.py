@@ -6,6 +6,7 @@ from typing import Literal
 
 import sympy as sp
 
+from wucht.errors import FieldError
 from wucht.machines.parts.base import Drive, si
 
 
@@ -25,7 +26,7 @@ class Synchronous(Drive):
     def check(self) -> None:
         """A whole number of pole pairs."""
         if self.pole_pairs != round(self.pole_pairs):
-            raise ValueError("pole_pairs", "must be a whole number of pole pairs")
+            raise FieldError("pole_pairs", "must be a whole number of pole pairs", code="whole-number")
 
     def prescribed(self) -> sp.Expr:
         """The synchronous speed: below 002 (2.106)."""

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from wucht.errors import FieldError
+
 Pair = float | tuple[float, float]  # of x and y, or one that holds for both
 Inertia = Callable[[str], float]  # the mass or moment of inertia that moves with a coordinate of the carrier, by its label
 _UNITS = {
@@ -38,7 +40,7 @@ def tuned_rotation(carrier: Any, inertia: Inertia) -> dict[str, Pair]:
 def refuse_both(carrier: Any, one: str, other: str) -> None:
     """Raises ``ValueError(field, sentence)`` where what one key says is given by another too."""
     if getattr(carrier, other) is not None and one in carrier.model_fields_set and getattr(carrier, one) is not None:
-        raise ValueError(other, f"give either {one} or {other}")
+        raise FieldError(other, f"give either {one} or {other}", code="either-or")
 
 
 def refuse_rotation_both_ways(carrier: Any) -> None:
@@ -53,7 +55,9 @@ def refuse_ratio_without_spring(key: str, ratio: Pair | None, spring: Pair | Non
     """Raises ``ValueError(field, sentence)`` for a damping ratio in a direction without a spring. spring: or a frequency."""
     missing = each(lambda d, c: float(d > 0 and c == 0), ratio or 0.0, spring or 0.0)
     if missing == 1.0 or (isinstance(missing, tuple) and any(missing)):
-        raise ValueError(key, "must go with a stiffness or frequency above 0: without a spring no damping is critical")
+        raise FieldError(
+            key, "must go with a stiffness or frequency above 0: without a spring no damping is critical", code="no-stiffness"
+        )
 
 
 def each(function: Callable[..., float], *values: Pair) -> Pair:

@@ -110,7 +110,9 @@ class BoundaryValueProblem:
         n, q = equations.n, len(parameters)
         if not q or len(conditions) != n + q - 1:
             told = f"{n} states and {q} parameters: given are {len(conditions)} conditions at the ends"
-            raise WuchtError(f"{told}, where a curve of solutions has one parameter at least, and {n + max(q, 1) - 1} of them")
+            raise WuchtError(
+                f"{told}, where a curve of solutions has one parameter at least, and {n + max(q, 1) - 1} of them", code="count"
+            )
         ends, nothing = EndConditions.of(system, parameters, fixed, conditions), Reference(np.zeros((n, 0)), np.zeros((n, 0)))
         return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), nothing, equations.scale, None, accuracy)
 

@@ -56,7 +56,7 @@ class CollocationJacobian:
         try:
             return self._solved(row, sides[:collocated].reshape(intervals, m * n, -1), sides[collocated:])
         except np.linalg.LinAlgError:
-            raise RunError("the equations are singular here") from None
+            raise RunError("the equations are singular here", code="singular") from None
 
     def _solved(self, row: np.ndarray, sides: np.ndarray, others: np.ndarray) -> np.ndarray:
         intervals, m, n, q = self.shape

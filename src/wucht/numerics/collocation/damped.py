@@ -58,10 +58,10 @@ def solved(
                     break
             share /= 2
             if not share >= _LEAST:
-                raise RunError("Newton's method does not converge")
+                raise RunError("Newton's method does not converge", code="no-convergence")
         u = at
         if share == 1.0 and (left <= tolerance or size / 2 < left < _ROUNDED):
             return u - rest, step
         jacobian, (change, size) = after, correction(after, off)
         share = min(1.0, 2 * share)
-    raise RunError(f"after {most_steps} steps of Newton's method {size:.2g} is left")
+    raise RunError(f"after {most_steps} steps of Newton's method {size:.2g} is left", code="too-many-steps")

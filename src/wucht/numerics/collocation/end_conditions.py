@@ -46,7 +46,8 @@ class EndConditions:
         b = sp.Matrix([sp.sympify(c).subs(held) for c in conditions])
         if other := sorted(s.name for s in b.free_symbols - set(known)):
             raise WuchtError(
-                f"{other[0]} is no value of a state at_begin or at_end and no parameter: a condition has only those"
+                f"{other[0]} is no value of a state at_begin or at_end and no parameter: a condition has only those",
+                code="unknown-name",
             )
         formulas = sp.lambdify([known], [list(b), b.jacobian(known).tolist()], "numpy", cse=True)
         return cls(formulas, len(system.states))

@@ -102,7 +102,8 @@ class Solutions:
         if given.shape != (problem.n, len(at)) or len(at) < 2 or len(parameters) != q or len(self.bounds) != q:
             form = f"{problem.n} states at two places or more, and {q} parameters with bounds"
             raise WuchtError(
-                f"a solution is found near samples of {form}; given: {given.shape} at {len(at)}, {len(parameters)}"
+                f"a solution is found near samples of {form}; given: {given.shape} at {len(at)}, {len(parameters)}",
+                code="shape",
             )
         if not (
             np.isfinite(at).all() and np.isfinite(given).all() and np.isfinite(parameters).all() and (np.diff(at) > 0).all()

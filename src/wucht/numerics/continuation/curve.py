@@ -174,7 +174,7 @@ class Curve:
             if not change < 2 * before:
                 break
             before = change
-        raise RunError("Newton's method does not converge to a point of the curve")
+        raise RunError("Newton's method does not converge to a point of the curve", code="no-convergence")
 
     def _settled(self, point: CurvePoint) -> CurvePoint:
         """A point that is nearly one, as Newton's method has it; itself where that fails."""
@@ -215,10 +215,15 @@ class Curve:
     def _refuse(self, u: np.ndarray) -> None:
         for i, (low, high) in self.bounds.items():
             if not low < high:
-                raise RunError(f"there is no range from {low:.9g} to {high:.9g}: the second number must be the greater one")
+                raise RunError(
+                    f"there is no range from {low:.9g} to {high:.9g}: the second number must be the greater one",
+                    code="empty-range",
+                )
             if not replace(self, bounds={i: (low, high)}).within(u):
                 said = self._said(i, u[i])
-                raise RunError(f"the first point is out of its range: {said} is not between {low:.9g} and {high:.9g}")
+                raise RunError(
+                    f"the first point is out of its range: {said} is not between {low:.9g} and {high:.9g}", code="out-of-range"
+                )
 
     def left_at(self, index: int, bound: float) -> str:
         """The sentence with which the curve ends where an unknown, by its index in ``bounds``, is on its bound."""

@@ -65,17 +65,19 @@ class Equations:
         """
         names, n, m = system.parameter_names, len(system.states), len(varied)
         if not n:
-            raise WuchtError("a System without states has no equilibria")
+            raise WuchtError("a System without states has no equilibria", code="no-states")
         if twice := [name for name in varied if varied.count(name) > 1]:
-            raise WuchtError(f"the parameter {twice[0]} is varied twice: give each name once")
+            raise WuchtError(f"the parameter {twice[0]} is varied twice: give each name once", code="given-twice")
         for name in (*varied, *(scale or {})):
             if name not in names and not (name in system.state_names and name not in varied):
-                raise WuchtError(f"{name} is none of the parameters: {', '.join(names)}")
+                raise WuchtError(f"{name} is none of the parameters: {', '.join(names)}", code="no-parameter")
         missing = [name for name in names if name not in varied and name not in fixed]
         if missing:
-            raise WuchtError(f"the parameter {missing[0]} has no value: give one to each that is not varied")
+            raise WuchtError(f"the parameter {missing[0]} has no value: give one to each that is not varied", code="no-value")
         if any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
-            raise WuchtError("these equations depend on time: they have no equilibria, but periodic orbits")
+            raise WuchtError(
+                "these equations depend on time: they have no equilibria, but periodic orbits", code="time-dependent"
+            )
         symbols = tuple(system.parameters[names.index(name)] for name in varied)
         kept = tuple(p for p in system.parameters if p not in symbols)
         # A varied parameter is a state that stays: one compiled function then gives f and all its derivatives.
@@ -100,7 +102,7 @@ class Equations:
         names = (*states, *parameters)
         for name in (*(scale or {}), *angles):
             if name not in names:
-                raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}")
+                raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}", code="unknown-name")
         turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
         return cls(_OneByOne(values), tuple(states), tuple(parameters), turns, _sizes(names, scale))
 
@@ -123,7 +125,9 @@ class Equations:
 def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarray:
     for name, size in (scale or {}).items():
         if not 0 < size < math.inf:
-            raise WuchtError(f"the scale of {name} is {size:g}: it must be a positive number, by how much it changes")
+            raise WuchtError(
+                f"the scale of {name} is {size:g}: it must be a positive number, by how much it changes", code="scale"
+            )
     return np.array([(scale or {}).get(name, 1.0) for name in names])
 
 

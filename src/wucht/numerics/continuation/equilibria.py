@@ -121,7 +121,9 @@ class Equilibria:
         refuse_other_than(1, self.equations)
         bounds_of(self.equations, self.limits)
         if taken := self.functions.keys() & {FOLD, HOPF, BRANCH_POINT, UNRESOLVED}:
-            raise WuchtError(f"a function of yours must not be called {min(taken)}: special points of that kind are")
+            raise WuchtError(
+                f"a function of yours must not be called {min(taken)}: special points of that kind are", code="name-taken"
+            )
 
     @cached_property
     def curve(self) -> Curve:
@@ -147,7 +149,9 @@ class Equilibria:
             if (found := self._crossing_near(u)) is not None:
                 return found
             at = f"{self.equations.parameters[0]} = {value:.9g}"
-            raise RunError(f"{error}; nor do two branches cross at {at}: begin at another value or state") from error
+            raise RunError(
+                f"{error}; nor do two branches cross at {at}: begin at another value or state", code="not-evaluated"
+            ) from error
 
     def _crossing_near(self, u: np.ndarray) -> CurvePoint | None:
         """The branch point near u (n+1,) at its value of the parameter."""

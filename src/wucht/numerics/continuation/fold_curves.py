@@ -120,7 +120,7 @@ def evaluated(equations: Equations, u: np.ndarray) -> np.ndarray:
     matrix = equations.values(u)[1]
     if not np.isfinite(matrix).all():
         at = ", ".join(f"{name} = {v:g}" for name, v in zip(equations.names, u, strict=False))
-        raise RunError(f"the equations cannot be evaluated at {at}")
+        raise RunError(f"the equations cannot be evaluated at {at}", code="not-evaluated")
     return matrix
 
 

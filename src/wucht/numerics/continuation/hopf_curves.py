@@ -198,13 +198,15 @@ class HopfPoints(SpecialCurves[HopfPoint]):
             values = np.linalg.eigvals(evaluated(self.equations, at)[:, : self.equations.n])
             values = values[values.imag > 0]
             if not len(values):
-                raise RunError("there is no pair of complex eigenvalues near this state: no Hopf point is near")
+                raise RunError("there is no pair of complex eigenvalues near this state: no Hopf point is near", code="no-pair")
             frequency = float(values[np.abs(values.real).argmin()].imag)
         u = np.append(at, frequency**2)
         curve = self.curve(u)
         found = curve.start(u, direction(curve.problem.residual(u)[1].matrix, curve.problem.scale))
         if found.u[-1] < -_ROUNDING * curve.problem.scale[-1]:
-            raise RunError("near this state there is no Hopf point, but a saddle whose eigenvalues add up to zero")
+            raise RunError(
+                "near this state there is no Hopf point, but a saddle whose eigenvalues add up to zero", code="neutral-saddle"
+            )
         return found
 
     def _watch(self, curve: Curve) -> Watch[HopfPoint]:

@@ -166,7 +166,7 @@ def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, 
     real, imaginary, left, right, failed = dgeev(matrix)
     pairs = np.flatnonzero(imaginary > 0)
     if failed or not len(pairs):
-        raise RunError("there is no pair of complex eigenvalues here: it is no Hopf point")
+        raise RunError("there is no pair of complex eigenvalues here: it is no Hopf point", code="no-pair")
     off = np.abs(real[pairs]) if frequency is None else np.hypot(real[pairs], imaginary[pairs] - frequency)
     i = int(pairs[off.argmin()])
     q, p = right[:, i] + 1j * right[:, i + 1], left[:, i] + 1j * left[:, i + 1]

@@ -241,7 +241,7 @@ def refuse_other_than(count: int, equations: Equations) -> None:
     """Raises ``WuchtError`` where not as many parameters are varied as a curve needs, one or two."""
     if len(equations.parameters) != count:
         given = ", ".join(equations.parameters) or "none"
-        raise WuchtError(f"{_NEEDS[count]}; given: {given}")
+        raise WuchtError(f"{_NEEDS[count]}; given: {given}", code="one-parameter")
 
 
 def bounds_of(
@@ -250,7 +250,9 @@ def bounds_of(
     """The bounds of a ``Curve``, by index: of some states, and of the parameters. Raises ``WuchtError`` for other indices."""
     n = equations.n
     if wrong := [i for i in limits if not 0 <= i < n]:
-        raise WuchtError(f"there is no state {wrong[0]} that could have limits: states are numbered from 0 to {n - 1}")
+        raise WuchtError(
+            f"there is no state {wrong[0]} that could have limits: states are numbered from 0 to {n - 1}", code="no-state"
+        )
     return {**limits, **{n + k: pair for k, pair in enumerate(bounds)}}
 
 
@@ -258,8 +260,10 @@ def state_of(equations: Equations, x: Sequence[float] | np.ndarray, parameters: 
     """u = (x, p) (n+m,) of a state near which something is looked for. Raises ``WuchtError`` if one has another length."""
     for given, names, what in ((x, equations.states, "state"), (parameters, equations.parameters, "value of the parameters")):
         if np.shape(given) != (len(names),):
-            raise WuchtError(f"a {what} is {len(names)} numbers, {', '.join(names)}; given: {given}")
+            raise WuchtError(f"a {what} is {len(names)} numbers, {', '.join(names)}; given: {given}", code="shape")
     u = np.concatenate([np.asarray(x, float), np.asarray(parameters, float)])
     if not np.isfinite(u).all():
-        raise WuchtError(f"a state and its parameters must be finite numbers; given: {', '.join(f'{v:g}' for v in u)}")
+        raise WuchtError(
+            f"a state and its parameters must be finite numbers; given: {', '.join(f'{v:g}' for v in u)}", code="not-finite"
+        )
     return u

@@ -154,11 +154,13 @@ def tiles(
     count, used = len(members), processors() if threads is None else threads
     size = _size(count, used, compiled) if size is None else size
     if count < 1 or size < 1 or used < 1:
-        raise WuchtError(f"{count} members in tiles of {size} on {used} threads: there must be at least one of each")
+        raise WuchtError(
+            f"{count} members in tiles of {size} on {used} threads: there must be at least one of each", code="none"
+        )
     all_of_them = range(-(-count // size))
     wanted = list(all_of_them if numbers is None else numbers)
     if len(set(wanted)) < len(wanted) or not set(wanted) <= set(all_of_them):
-        raise WuchtError(f"the tiles that are wanted must be some of 0 to {len(all_of_them) - 1}, each once")
+        raise WuchtError(f"the tiles that are wanted must be some of 0 to {len(all_of_them) - 1}, each once", code="no-tile")
 
     def compute(number: int, tick: Tick) -> Tile[R]:
         first = number * size
@@ -186,7 +188,8 @@ def _fitting(members: Members, system: System) -> Members:
     if given != wanted:
         raise WuchtError(
             f"members have {given[0]} states and {given[1]} parameters, the equations {wanted[0]} and {wanted[1]}:"
-            f" {', '.join((*system.state_names, *system.parameter_names))}"
+            f" {', '.join((*system.state_names, *system.parameter_names))}",
+            code="shape",
         )
     return members
 

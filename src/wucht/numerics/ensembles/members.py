@@ -48,7 +48,7 @@ class Members:
         begun, values = np.asarray(starts, float), np.asarray(parameters, float)
         if begun.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(begun)):
             shapes = f"starts of the shape {begun.shape} and parameters of the shape {values.shape}"
-            raise WuchtError(f"{shapes} make no members: (M, n) and (M, p) or (p,) do")
+            raise WuchtError(f"{shapes} make no members: (M, n) and (M, p) or (p,) do", code="shape")
         return cls(begun, np.broadcast_to(values, (len(begun), values.shape[-1])))
 
     def __len__(self) -> int:
@@ -128,7 +128,7 @@ class Pace:
 
     def __post_init__(self) -> None:
         if not (0 < self.chunk < math.inf and 0 < self.until < math.inf and self.samples >= 1):
-            raise WuchtError(f"{self}: chunk and until must be positive and finite, with at least one sample")
+            raise WuchtError(f"{self}: chunk and until must be positive and finite, with at least one sample", code="pace")
 
     @property
     def chunks(self) -> int:
@@ -185,7 +185,9 @@ class Ends(Generic[R]):
 def checked_record(record: R, count: int) -> R:
     """The record itself. Raises ``RunError`` where it is not one of so many members."""
     if not is_dataclass(record) or any(np.shape(a)[-1:] != (count,) for a in _arrays(record).values()):
-        raise RunError(f"an observer's record must be a frozen dataclass of arrays whose last axis has its {count} members")
+        raise RunError(
+            f"an observer's record must be a frozen dataclass of arrays whose last axis has its {count} members", code="record"
+        )
     return record
 
 

@@ -119,7 +119,7 @@ def compile_system(
     """
     chosen = engine or available_engine()
     if chosen not in ENGINES:
-        raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}")
+        raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
     used = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
     used += [e for q in system.quadratures for e in (q.expression, q.jump)]
     segmentations = Segmentations.of([sp.sympify(e) for e in used])

@@ -109,7 +109,7 @@ class Translator:
             return self._power(e)
         if e.func in self.functions:
             return self.functions[e.func](*(self(a) for a in e.args))
-        raise RunError(f"heyoka has no function {e.func.__name__!r}; use the SciPy engine")
+        raise RunError(f"heyoka has no function {e.func.__name__!r}; use the SciPy engine", code="no-function")
 
     def _power(self, e: sp.Pow) -> Any:
         base, exponent = self(e.base), e.exp

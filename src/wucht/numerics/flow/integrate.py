@@ -58,11 +58,14 @@ def integrate(
     n, accumulated = len(system.states), len(system.quadratures)
     state = np.asarray(initial, dtype=float)
     if state.shape not in ((n,), (n + accumulated,)) or not np.isfinite(state).all():
-        raise RunError(f"the initial state {state} has not {n} finite numbers, one for each of {', '.join(system.state_names)}")
+        raise RunError(
+            f"the initial state {state} has not {n} finite numbers, one for each of {', '.join(system.state_names)}",
+            code="initial-state",
+        )
     state = np.concatenate([state, np.zeros(n + accumulated - len(state))])
     grid = np.asarray(grid, dtype=float)
     if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
-        raise RunError("the times at which to sample must increase, and be finite")
+        raise RunError("the times at which to sample must increase, and be finite", code="not-increasing")
     # The unit is a power of two, so that a run which is continued has the same numbers to the last bit.
     run = Integration(compiled, compiled.engine.lend(), state, pars, grid, 2.0 ** round(math.log2(unit)))
     failure, interrupted = None, False

@@ -57,7 +57,7 @@ class Program:
             own = [(p.name, v) for p, v in zip(self.parameters, parameters, strict=True) if not p.name.startswith(_ADDED)]
             named = ", ".join(f"{name} = {v:g}" for name, v in own) or "none"
             why = "a division by zero, or a number that is too large"
-            raise RunError(f"the equations cannot be evaluated at these parameters ({why}): {named}")
+            raise RunError(f"the equations cannot be evaluated at these parameters ({why}): {named}", code="not-evaluated")
         return values
 
 

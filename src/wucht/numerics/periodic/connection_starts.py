@@ -55,7 +55,7 @@ def of_excursion(
     matrix = equations.values(np.concatenate([saddle, parameters]))[1][:, :n] / scale[:, None] * scale
     rates, vectors = np.linalg.eig(matrix)
     if not ((rates.real > 0).sum() == 1 and (rates.real < 0).sum() == n - 1):
-        raise RunError("the equilibrium is no saddle that is left in one direction")
+        raise RunError("the equilibrium is no saddle that is left in one direction", code="no-saddle")
     leaving = vectors[:, int(rates.real.argmax())].real
     leaving = leaving * way * np.sign(leaving[np.abs(leaving).argmax()]) / np.linalg.norm(leaving)
     run = solve_ivp(
@@ -76,7 +76,7 @@ def _return(away: np.ndarray) -> int:
     farthest = np.maximum.accumulate(away)
     back = np.flatnonzero(away < _RETURNED * farthest)
     if not len(back):
-        raise RunError("the orbit that leaves the saddle does not come back to it in that time")
+        raise RunError("the orbit that leaves the saddle does not come back to it in that time", code="no-return")
     begin = int(back[0])
     again = np.flatnonzero(away[begin:] >= _RETURNED * farthest[begin])
     return begin + int(away[begin : begin + int(again[0]) if len(again) else None].argmin())

@@ -100,9 +100,9 @@ class CycleCurve:
         Raises ``WuchtError`` for another kind, and as ``Cycles.of``.
         """
         if kind not in _COLUMNS:
-            raise WuchtError(f"{kind}: curves of orbits are of the kinds {', '.join(_COLUMNS)}")
+            raise WuchtError(f"{kind}: curves of orbits are of the kinds {', '.join(_COLUMNS)}", code="unknown-kind")
         if parameters[0] == parameters[1]:
-            raise WuchtError(f"a curve of orbits needs two parameters, not {parameters[0]} twice")
+            raise WuchtError(f"a curve of orbits needs two parameters, not {parameters[0]} twice", code="given-twice")
         for name, both_bounds in zip((*parameters, "the period"), (*bounds, periods), strict=True):
             refuse_empty(name, both_bounds)
         both, n = variational(in_periods(system), _COLUMNS[kind]), len(system.states)

@@ -47,7 +47,7 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
     try:
         found = settled(cycles, mesh, y, period, value)
     except RunError as error:
-        raise RunError(f"no periodic orbit was found near these samples: {error}") from None
+        raise RunError(f"no periodic orbit was found near these samples: {error}", code="no-convergence") from None
     if not _extent(found.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
         raise RunError("no periodic orbit was found near these samples, but an equilibrium")
     return found
@@ -61,21 +61,26 @@ def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray,
     """The period that samples cover. Raises ``WuchtError`` where they cannot be those of an orbit."""
     e, (low, high) = cycles.equations, cycles.bounds
     if not low <= value <= high:
-        raise WuchtError(f"{e.parameters[-1]} = {value:g} lies outside its bounds, {low:g} to {high:g}")
+        raise WuchtError(f"{e.parameters[-1]} = {value:g} lies outside its bounds, {low:g} to {high:g}", code="out-of-range")
     if np.shape(states) != (e.n, len(times)):
         raise WuchtError(
-            f"samples of {e.n} states at {len(times)} times form an array {(e.n, len(times))}, not {np.shape(states)}"
+            f"samples of {e.n} states at {len(times)} times form an array {(e.n, len(times))}, not {np.shape(states)}",
+            code="shape",
         )
     if len(times) < _FEWEST:
-        raise WuchtError(f"an orbit is found from at least {_FEWEST} samples of a period, not from {len(times)}")
+        raise WuchtError(
+            f"an orbit is found from at least {_FEWEST} samples of a period, not from {len(times)}", code="too-few"
+        )
     if not (np.isfinite(states).all() and np.isfinite(times).all() and (np.diff(times) > 0).all()):
-        raise WuchtError("samples of an orbit are finite, and their times increase")
+        raise WuchtError("samples of an orbit are finite, and their times increase", code="not-increasing")
     if not _extent(np.asarray(states), e.scale) > 0:
-        raise WuchtError("these samples are at rest: no state changes, as it does along an orbit")
+        raise WuchtError("these samples are at rest: no state changes, as it does along an orbit", code="at-rest")
     gained = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)
     for name, turns, winding, turn in zip(e.states, gained, cycles.winding, e.turns, strict=False):
         if turn and round(turns) != winding:
-            raise WuchtError(f"{name} turns {turns:.3g} times in these samples, but its winding number is {winding}")
+            raise WuchtError(
+                f"{name} turns {turns:.3g} times in these samples, but its winding number is {winding}", code="winding"
+            )
     return float(times[-1] - times[0])
 
 
@@ -101,10 +106,11 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
     e, mesh = cycles.equations, orbit.problem.mesh
     if not cycles.bounds[0] <= value <= cycles.bounds[1]:
         raise WuchtError(
-            f"{e.parameters[-1]} = {value:g} lies outside its bounds, {cycles.bounds[0]:g} to {cycles.bounds[1]:g}"
+            f"{e.parameters[-1]} = {value:g} lies outside its bounds, {cycles.bounds[0]:g} to {cycles.bounds[1]:g}",
+            code="out-of-range",
         )
     if len(orbit.states) != e.n:
-        raise WuchtError(f"an orbit of {e.n} states begins this branch, not one of {len(orbit.states)}")
+        raise WuchtError(f"an orbit of {e.n} states begins this branch, not one of {len(orbit.states)}", code="shape")
     u = np.concatenate([orbit.states.T.ravel(), [orbit.period, value]])
     problem = cycles.problem(mesh, orbit.period)
     problem = replace(problem, reference=problem.referred(u))

@@ -72,7 +72,7 @@ class Places:
         smallest = max(_SINGULAR * min(max(values[0], 1.0), _LARGE), error)
         rank = min(int((values > smallest).sum()), len(values) - left_open)
         if count * n - rank > n:
-            raise RunError("the equations are singular here")
+            raise RunError("the equations are singular here", code="singular")
         along = np.zeros((len(right) - rank, count * n + 1))
         along[:, kept] = right[rank:]
         family = np.linalg.qr(along[:, [*range(n), count * n]].T)[0].T

@@ -202,7 +202,10 @@ def of_moderate_condition(
     """
     while len(long := np.flatnonzero(np.linalg.cond(maps) > _CONDITION)):
         if len(maps) + len(long) > _MOST_LEGS:
-            raise RunError(f"changes of the motion grow and decay too differently to be told apart on {_MOST_LEGS} legs")
+            raise RunError(
+                f"changes of the motion grow and decay too differently to be told apart on {_MOST_LEGS} legs",
+                code="too-different",
+            )
         begin, end = times[long], times[long + 1]
         middle = (begin + end) / 2
         there, first = integrated_legs(linear, parameters, begin, middle, states[:, long])

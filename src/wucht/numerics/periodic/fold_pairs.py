@@ -28,7 +28,7 @@ class FoldPairs:
 
     def __post_init__(self) -> None:
         if len(self.equations.parameters) not in (2, 3):
-            raise WuchtError("two folds coincide at points of two parameters, or on curves in three of them")
+            raise WuchtError("two folds coincide at points of two parameters, or on curves in three of them", code="count")
 
     def near(self, first: np.ndarray, second: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """x, z and p (2 n + m,) nearest to states and parameters, by Gauss and Newton's method. Raises ``RunError``."""

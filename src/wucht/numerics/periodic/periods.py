@@ -24,7 +24,9 @@ def in_periods(system: System) -> System:
     Raises ``WuchtError`` where the equations depend on time.
     """
     if any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
-        raise WuchtError("these equations depend on time: give them a phase instead, by forced(system, frequency)")
+        raise WuchtError(
+            "these equations depend on time: give them a phase instead, by forced(system, frequency)", code="time-dependent"
+        )
     derivatives = tuple(PERIOD * d for d in system.derivatives)
     return System(system.states, derivatives, (PERIOD, *system.parameters), system.definitions, angles=system.angles)
 
@@ -46,14 +48,16 @@ def equilibrium_equations(orbits: Equations) -> Equations:
 def refuse_empty(name: str, bounds: tuple[float, float]) -> None:
     """Raises ``WuchtError`` where nothing lies between two bounds."""
     if not bounds[0] < bounds[1]:
-        raise WuchtError(f"the bounds of {name} are ({bounds[0]:g}, {bounds[1]:g}): the first must be less than the second")
+        raise WuchtError(
+            f"the bounds of {name} are ({bounds[0]:g}, {bounds[1]:g}): the first must be less than the second", code="order"
+        )
 
 
 def turns_of(system: System, winding: Mapping[str, int] | None) -> np.ndarray:
     """How often each state (n,) turns in a period, by the states' names. Raises ``WuchtError`` for a state that is no angle."""
     turns = dict(winding or {})
     if wrong := [name for name in turns if name not in {s.name for s in system.angles}]:
-        raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System")
+        raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System", code="no-angle")
     return np.array([turns.get(name, 0) for name in system.state_names])
 
 
@@ -76,7 +80,9 @@ def forced(system: System, frequency: str) -> System:
         Where there is no such parameter, or the equations do not repeat when the phase has gone round.
     """
     if frequency not in system.parameter_names:
-        raise WuchtError(f"{frequency} is no parameter of this System; known: {', '.join(system.parameter_names)}")
+        raise WuchtError(
+            f"{frequency} is no parameter of this System; known: {', '.join(system.parameter_names)}", code="no-parameter"
+        )
     phase, omega = sp.Symbol(FORCING, real=True), system.parameters[system.parameter_names.index(frequency)]
     change = {TIME: phase / omega}
     definitions = tuple((s, sp.sympify(e).xreplace(change)) for s, e in system.definitions)
@@ -84,7 +90,7 @@ def forced(system: System, frequency: str) -> System:
     turned = {phase: phase + 2 * sp.pi}
     direct = [e for e in (*rates, *(e for _, e in definitions)) if phase in e.free_symbols]
     if any(sp.simplify(e - e.xreplace(turned)) != 0 for e in direct):
-        raise WuchtError(f"these equations do not repeat after a time of 2 pi/{frequency}")
+        raise WuchtError(f"these equations do not repeat after a time of 2 pi/{frequency}", code="other-period")
     angles = system.angles | {phase}
     bare = replace(system, outputs=(), quadratures=(), second_order=None)
     return replace(

@@ -103,7 +103,9 @@ class Connections:
         """
         count, wanted = len(folds), 2 + sum(folds)
         if count not in (1, 2) or not len(parameters) == len(bounds) or len(parameters) not in (wanted, wanted - 1):
-            raise WuchtError("a curve of connections has two parameters with bounds, and one more for each saddle-node")
+            raise WuchtError(
+                "a curve of connections has two parameters with bounds, and one more for each saddle-node", code="count"
+            )
         if len(parameters) < wanted:  # one on which nothing depends is kept: what is left is a point
             system = replace(system, parameters=(*system.parameters, _HELD))
             parameters, bounds = (*parameters, _HELD.name), (*bounds, (-math.inf, math.inf))

@@ -52,7 +52,9 @@ class LocalManifold:
         matrix = plane.jacobian(state[:, None])[..., 0] * scale[None, :] / scale[:, None]
         values, vectors = np.linalg.eig(matrix)
         if np.iscomplexobj(values) or not values.min() < 0 < values.max():
-            raise WuchtError(f"the state {state} is no saddle: its eigenvalues are {values[0]:.6g} and {values[1]:.6g}")
+            raise WuchtError(
+                f"the state {state} is no saddle: its eigenvalues are {values[0]:.6g} and {values[1]:.6g}", code="no-saddle"
+            )
         k = int(values.argmin() if stable else values.argmax())
         rate, v = float(values[k]), vectors[:, k] / np.hypot(*vectors[:, k])
         v = v * (1.0 if v[np.abs(v).argmax()] > 0 else -1.0)
@@ -124,7 +126,7 @@ def manifold(portrait: Portrait, saddle: int, stable: bool, side: int) -> Manifo
     """
     point: FixedPoint = portrait.points[saddle]
     if point.kind != SADDLE:
-        raise WuchtError(f"this fixed point is a {point.kind}: only a saddle has two manifolds")
+        raise WuchtError(f"this fixed point is a {point.kind}: only a saddle has two manifolds", code="no-saddle")
     local = LocalManifold.of(portrait.plane, point.state, stable)
     s = local.start(side)
     followed = portrait.follow(local.at(s), not stable)

@@ -230,7 +230,10 @@ def _trap(plane: Plane, point: FixedPoint) -> _Trap:
         metric = solve_continuous_lyapunov(matrix.T, -np.eye(2))
     if not np.linalg.eigvalsh(metric)[0] > _ROUNDING * np.abs(metric).max():
         at = ", ".join(f"{x:.4g}" for x in point.state)
-        raise RunError(f"the fixed point at ({at}) attracts too narrowly to be seen in this window: ask for smaller ranges")
+        raise RunError(
+            f"the fixed point at ({at}) attracts too narrowly to be seen in this window: ask for smaller ranges",
+            code="too-narrow",
+        )
     size = _TRAP * np.sqrt(np.linalg.eigvalsh(metric)[0])  # the longest half axis is _TRAP
     around = np.linspace(0, 2 * np.pi, _ANGLES, endpoint=False)
     circle = np.linalg.solve(np.linalg.cholesky(metric).T, np.array([np.cos(around), np.sin(around)]))

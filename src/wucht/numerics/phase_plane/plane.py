@@ -51,10 +51,11 @@ class Plane:
         if len(s.states) != 2:
             named = ", ".join(s.state_names)
             raise WuchtError(
-                f"a phase plane has two states, not {len(s.states)} ({named}): its curves would not be separatrices"
+                f"a phase plane has two states, not {len(s.states)} ({named}): its curves would not be separatrices",
+                code="two-states",
             )
         if any(TIME in sp.sympify(e).free_symbols for e in (*s.derivatives, *(e for _, e in s.definitions))):
-            raise WuchtError("these equations depend on time: they have no phase plane")
+            raise WuchtError("these equations depend on time: they have no phase plane", code="time-dependent")
         if not (np.isfinite([self.low, self.high]).all() and (self.low < self.high).all()):
             raise WuchtError(f"the window from {self.low} to {self.high} is none: low must be below high")
 

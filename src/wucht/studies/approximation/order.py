@@ -87,7 +87,7 @@ def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
         try:
             speeds.append(part.unit("error", partial(error, factor, part)))
         except UnmeasuredError as reason:
-            raise UnmeasuredError(f"at {factor:g} epsilon {reason}") from None
+            raise UnmeasuredError(f"at {factor:g} epsilon {reason}", code="does-not-turn") from None
     return Errors(np.array(FACTORS), np.array(speeds), nominal(machine, spec.order))
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
-from wucht.errors import InputError
+from wucht.errors import FieldError, InputError
 from wucht.studies import spec as common
 from wucht.studies.ensemble_keys import EnsembleSpec, paths_of
 
@@ -17,7 +17,7 @@ _FEWEST, _MOST_HALVINGS = 2, 10
 
 def _axes(given: Any) -> Any:
     if not isinstance(given, Mapping):
-        raise ValueError("must be a table of two axes: axes = { psi = [lo, hi, cells], delta = [lo, hi, cells] }")
+        raise FieldError("must be a table of two axes: axes = { psi = [lo, hi, cells], delta = [lo, hi, cells] }", code="table")
     axes = paths_of(given)
     if len(axes) != 2 or axes[0][0] == axes[1][0]:
         named = [name for name, _ in axes]

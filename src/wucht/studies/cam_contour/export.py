@@ -66,7 +66,7 @@ def write_workshop(
     """
     summary = summary_of(result)
     if summary["undercut"] or not result.sizes["mill_point"]:
-        raise InputError("result", None, "it has no points to mill: some of the contour is cut away")
+        raise InputError("result", None, "it has no points to mill: some of the contour is cut away", code="no-points")
     drive = drive_of(result)
     law: Law = drive.motion.law
     if summary["corrected"] is not None:
@@ -76,7 +76,8 @@ def write_workshop(
     for name, cam in drive.cams(law).items():
         points = points_to_mill(result, name)
         if np.abs(cam.contour(points.phi) - points.position).max() > _ALIKE * np.abs(points.position).max():
-            raise InputError("result", None, "its points do not lie on the contour of its drive: run the study again")
+            why = "its points do not lie on the contour of its drive: run the study again"
+            raise InputError("result", None, why, code="deviates")
         written += write_cam_files(
             folder, name, cam, points, summary["chord_tolerance"], summary["decimals"],
             spacing=summary["spacing"], separator=separator, drawing=drawing,

@@ -114,7 +114,7 @@ def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
         return ShaftMotion(Harmonics.of(plan.shaft.mean_speed))
     motion = plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
     if plan.driving is not None and (stands := plan.driving.standing(motion.mean)):
-        raise RunError(f"from the mean_speed expected the shaft comes to {motion.mean:.3g} rad/s: {stands}")
+        raise RunError(f"from the mean_speed expected the shaft comes to {motion.mean:.3g} rad/s: {stands}", code="stands")
     return motion
 
 

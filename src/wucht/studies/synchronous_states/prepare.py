@@ -78,7 +78,12 @@ def _refuse_single(machine: Machine) -> None:
 def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques, speed: float) -> None:
     """Raises ``InputError`` for a given speed at which nothing can be computed."""
     if speed <= 0:
-        raise InputError("machine.drive", None, "the main rotor stands still: there is no vibration that could place bodies")
+        raise InputError(
+            "machine.drive",
+            None,
+            "the main rotor stands still: there is no vibration that could place bodies",
+            code="stands-still",
+        )
     if spec.speed is not None:
         low, high = _limits(unheld)
         if not low <= abs(spec.speed) <= high:
@@ -86,7 +91,7 @@ def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorque
     if torques.poles(speed, speed):
         where = "machine.drive" if spec.speed is None else "study.speed"
         why = "this is the natural frequency of a vibration without damping, which is infinite there"
-        raise InputError(where, speed, f"must be another speed: {why}")
+        raise InputError(where, speed, f"must be another speed: {why}", code="resonance")
 
 
 def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tuple[float, float], bool]:
@@ -106,7 +111,9 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
     at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
     if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
         where = "" if given is None else " at these speeds"
-        raise InputError("study.speed", None, f"nothing drives the machine{where}: needed is the speed of the main rotor")
+        raise InputError(
+            "study.speed", None, f"nothing drives the machine{where}: needed is the speed of the main rotor", code="missing"
+        )
     return speeds, chosen
 
 
@@ -133,7 +140,7 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
     axes, highest = spec.axes_in(unit), _limits(unheld)[1]
     if c is None or torques.size < 3 or any(h != 0 for h in torques.heads):
         allowed = "allowed for a rotor with at least two balancing bodies and nothing else that turns"
-        raise InputError("study.axes", None, allowed)
+        raise InputError("study.axes", None, allowed, code="no-bodies")
     if not abs(c[0]):
         raise InputError("study.axes", None, "the rotor has no unbalance, so there is no ratio to it")
     if (patterns := pattern_count(torques)) > _MOST_PATTERNS:
@@ -143,5 +150,10 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
     edges = [np.linspace(low, high, cells + 1) for low, high, cells in (axes["speed"], axes["ratio"])]
     speeds, ratios = ((e[1:] + e[:-1]) / 2 for e in edges)
     if not torques.idle(speeds):
-        raise InputError("study.axes", None, "balancing bodies have torques of their own, so that none of these states stays")
+        raise InputError(
+            "study.axes",
+            None,
+            "balancing bodies have torques of their own, so that none of these states stays",
+            code="own-torques",
+        )
     return speeds, ratios
