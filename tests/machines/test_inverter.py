@@ -133,6 +133,17 @@ def test_torque_balance_holds_the_set_speed_or_hangs_at_the_limit() -> None:
     assert low[-1]["torque"] == pytest.approx(0.8, rel=1e-9)
 
 
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_set_speed_is_held_by_a_torque_that_suffices_there(share: float, sense: int) -> None:
+    """Whatever it would have to be elsewhere: by hand, the bearing against the limit, either way round."""
+    drive = DRIVE | {"set_speed": sense * SET, "torque_limit": share * B * SET}
+    machine = machine_from(MOUNTED | {"drive": drive})
+    (point,) = summary_of(run(TorqueBalance(range=(-1.5 * SET, 1.5 * SET)), machine))["working_points"]
+    assert point["speed"] == pytest.approx(sense * min(share, 1.0) * SET, rel=1e-9)
+    assert point["torque"] == pytest.approx(sense * min(share, 1.0) * B * SET, rel=1e-9)
+
+
 def test_without_load_it_is_one_working_point_without_torque() -> None:
     machine = machine_from(MOUNTED | {"bodies": [ROTOR | {"bearing_damping": 0.0}]})
     (point,) = summary_of(run(TorqueBalance(), machine))["working_points"]

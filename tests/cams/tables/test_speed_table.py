@@ -131,3 +131,13 @@ def test_a_record_by_which_the_shaft_turns_back(tmp_path):
     assert "with the orders kept the shaft would stand still or turn back: their speed falls to -10 rad/s" in str(error.value)
     assert "r.csv: speed" in error.value.where
     assert "coefficients" not in str(error.value)
+
+
+@pytest.mark.parametrize("slow", [1.0, 1e-3])
+def test_a_shaft_may_turn_as_slowly_as_it_likes(tmp_path, slow):
+    """The same record with its seconds longer: whether a shaft stands still does not depend on how fast others turn."""
+    write(tmp_path / "r.csv", slow * SPEED(50.0 * T), "speed [rad/s]", T / slow)
+    table = SpeedTable(file="r.csv", **GIVEN)
+    shaft = table.shaft(table.measured(tmp_path))
+    assert shaft.speed.mean / slow == pytest.approx(SPEED.mean, rel=1e-4)
+    assert shaft.speed.bounds[0] / slow == pytest.approx(SPEED.bounds[0], rel=1e-3)
