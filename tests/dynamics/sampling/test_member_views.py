@@ -31,3 +31,21 @@ def test_phases_are_seen_as_the_bodies_turn(model: str, sense: int) -> None:
     seen = equations.view(variants).seen(starts[None], variants.of)
     assert np.remainder(seen.phases, 2 * math.pi) == pytest.approx(np.full((1, 1, 2), 0.4))
     assert seen.speed == pytest.approx(np.full((1, 2), speed))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_members_whose_rotor_has_a_prescribed_speed_start_with_it(sense: int) -> None:
+    """Seven members with two speeds, not in order, and a body of each that starts slower than any of them."""
+    ball = {"kind": "pendulum", "name": "p", "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01}
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e3, "damping": 5.0},
+        "bodies": [{"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01}, ball],
+        "drive": {"on": "a", "kind": "constant-speed", "speed": sense * 50.0},
+    })  # fmt: skip
+    begun = initial_state(machine, {"p": {"angle": 0.4, "speed": sense * 40.0}})
+    speeds = sense * np.array([50.0, 60.0, 60.0, 50.0, 60.0, 50.0, 50.0])
+    variants = Variants.among(machine, {"drive.speed": speeds}, len(speeds))
+    equations = equations_of(EnsembleQuestion(machine, model="slow"), begun)
+    starts = equations.starts(np.repeat(begun[:, None], len(speeds), axis=1), variants)
+    seen = equations.view(variants).seen(starts[None], variants.of)
+    assert seen.speed == pytest.approx(speeds[None])
