@@ -1,0 +1,80 @@
+"""The map of how the modulated motion ends: its regions and what is missing, and where its curves are looked for."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.errors import RunError
+from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+from wucht.studies.stability_map import ending_curves
+from wucht.studies.stability_map.ending_curves import RETURNS, EndingCurve, Plane, curves_between
+from wucht.studies.stability_map.ending_map import EndingFindings
+from wucht.studies.stability_map.map_parts import MapParts, ending_parts
+from wucht.studies.stability_map.orbit_endings import OrbitEnding
+
+PLANE = Plane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
+LINE = EndingCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15), ("", ""))
+
+
+def place(x: float, y: float, kind: str, **more: Any) -> OrbitEnding:
+    return OrbitEnding(x, y, kind, 0.12, 0.18, "", **more)
+
+
+def parts(*curves: EndingCurve, complete: bool = True) -> MapParts:
+    """Of two by two places: those on the left end at a saddle-node, those on the right at a saddle connection."""
+    along, second = SimpleNamespace(path="x"), SimpleNamespace(path="y")
+    plan: Any = SimpleNamespace(along=along, second=second, bounds=PLANE.bounds[1:], cells=2)
+    kinds = (SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION)
+    places = [place(x, y, kind) for y in (-1.0, 1.0) for x, kind in zip((12.5, 17.5), kinds, strict=True)]
+    return ending_parts(plan, EndingFindings(tuple(places), curves, complete=complete))
+
+
+def test_a_curve_between_places_that_differ_explains_them() -> None:
+    made = parts(LINE)
+    (line,) = made.lines
+    assert line.name == "saddle-node on the orbit | saddle connection"
+    assert {made.labels[made.areas.at(12.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle-node on the orbit"}
+    assert {made.labels[made.areas.at(18.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle connection"}
+    assert made.lost == () and made.against == ()
+
+
+def test_without_one_it_is_said_that_none_was_found() -> None:
+    """Of both pairs side by side, once all was looked at."""
+    (sentence,) = parts().lost
+    assert sentence.startswith("between 2 pairs of neighbouring places no curve was found, such as x = 12.5, y = ")
+    assert "(ends at a saddle-node on the orbit) and 17.5, " in sentence
+    assert parts(complete=False).lost == ()
+
+
+@pytest.mark.parametrize("other", [(17.5, 1.0), (12.5, -1.0)])
+def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.MonkeyPatch, other: tuple[float, float]) -> None:
+    """At the place whose orbit ends at a connection, over the third parameter's own range, in orbits and steady states."""
+    asked: list[tuple[Any, ...]] = []
+
+    class Asked:
+        subject = "the equations there"
+
+        def at(self, values: dict[str, float], path: str) -> Asked:
+            asked.append(("at", values, path))
+            return self
+
+        def equilibria(self, path: str, bounds: tuple[float, float]) -> None:
+            asked.append(("states", path, bounds))
+            raise RunError("enough was asked")
+
+    monkeypatch.setattr(ending_curves, "cycles_of", lambda _, bounds, *seed: asked.append(("orbits", bounds, *seed)))
+    monkeypatch.setattr(ending_curves, "first_cycle", lambda _cycles, _seed: None)
+    seed: Any = SimpleNamespace(winding="winding", scale="scale", longest="longest")
+    connected = place(12.5, 1.0, SADDLE_CONNECTION, last=seed, equilibrium=np.zeros(2))
+    motion: Any = Asked()
+    found = curves_between(motion, PLANE, connected, place(*other, SADDLE_NODE_ON_ORBIT), lambda _: None)
+    assert found.lost == ("near x = 12.5, y = 1: enough was asked",)
+    assert asked == [
+        ("at", {"x": 12.5, "y": 1.0}, "p"),
+        ("orbits", (0.1, 0.2), "winding", "scale", "longest"),
+        ("states", "p", (0.1, 0.2)),
+    ]

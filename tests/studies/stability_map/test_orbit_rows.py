@@ -1,0 +1,67 @@
+"""The branch of orbits at one value of the second parameter, where one direction leads out of the bodies' section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit
+from wucht.studies.stability_map import state_rows
+from wucht.studies.stability_map.orbit_endings import NONE
+from wucht.studies.stability_map.state_rows import OrbitRow, OrbitSide, row_through
+
+SEED = SeedOrbit(np.array([0.0, 1.0]), 2, np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Of a section of two states of three."""
+
+    path: str
+    embedding: np.ndarray
+
+
+def orbit(value: float, kind: str = "", unstable: int = 0) -> Any:
+    mesh = SimpleNamespace(edges=SEED.edges, degree=SEED.degree)
+    return SimpleNamespace(
+        parameter=value, kind=kind, unstable=unstable, trusted=True, period=4.0, states=np.full((2, 3), value),
+        problem=SimpleNamespace(mesh=mesh),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
+    """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23."""
+    sides = {way: OrbitSide(NONE, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
+    walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
+    cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
+    monkeypatch.setattr(state_rows, "_side", lambda _motion, _path, _bounds, _seed, way, _watch: sides[way])
+    monkeypatch.setattr(state_rows, "_within", lambda _motion, _path, _bounds, _seed, value: SEED)
+    monkeypatch.setattr(state_rows, "cycles_of", lambda *_: cycles)
+    monkeypatch.setattr(state_rows, "first_cycle", lambda *_: orbit(0.3))
+    monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion, _path: lambda cycle: cycle.parameter - 0.23)
+    motion: Any = SimpleNamespace(subject=Subject("s", np.zeros((3, 2))), lifted=lambda seed: seed)
+    made = row_through(motion, ("p", "s"), (0.0, 1.0), 7.0, SEED, lambda: None)
+    assert isinstance(made, OrbitRow)
+    return made
+
+
+def test_its_ends_and_orbits_stand_in_order(row: OrbitRow) -> None:
+    assert row.second == 7.0
+    assert [side.value for side in row.sides] == [0.05, 0.65]
+    assert row.values.tolist() == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+
+
+def test_it_is_stable_where_no_direction_grows(row: OrbitRow) -> None:
+    assert row.stable.tolist() == [True, True, False, False, False, False]
+    assert [row.state_at(p) for p in (0.04, 0.12, 0.21, 0.35, 0.64, 0.66)] == [0, 2, 2, 1, 1, 0]
+    assert row.has(0.12, np.array([1, 0])) and not row.has(0.12, np.array([0, 1])) and not row.has(0.35, np.array([1, 0]))
+
+
+def test_stability_is_lost_where_the_exponent_is_zero(row: OrbitRow) -> None:
+    (special,) = row.special
+    assert (special.kind, special.value) == ("branch-point", pytest.approx(0.23, rel=1e-12))
