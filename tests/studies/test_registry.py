@@ -126,3 +126,15 @@ def test_two_packages_with_one_kind(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_example_of_the_public_module() -> None:
     assert doctest.testmod(wucht.extending).failed == 0
+
+
+def test_one_that_cannot_be_loaded_is_none_of_those_that_several_machines_compute(
+    refused: Callable[..., str], wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = studies() | {"broken": Study("broken", "no_such_package.study")}
+    monkeypatch.setattr(registry, "_installed", lambda: known)
+    assert wucht("new", "run-up").code == 0
+    sentence = refused("run", "run-up.toml", "--scheduler", "tcp://localhost:1", says=("studies with tiles are",))
+    named = sentence.strip().split("studies with tiles are ")[1].split(", ")
+    assert named == [kind for kind, study in known.items() if kind != "broken" and study.spec.tiled]
+    assert "basin" in named

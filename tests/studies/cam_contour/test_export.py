@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.refusals import refused
 from typer.testing import CliRunner
 
@@ -12,9 +13,11 @@ import wucht
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.speed import SpeedTable
+from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
 from wucht.numerics.harmonics import Harmonics
+from wucht.studies.cam_contour import export
 from wucht.studies.cam_contour.prepare import prepare
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.cam_prediction.spec import CamPrediction
@@ -87,3 +90,19 @@ def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft():
     even, phi = prepare(CamContour(), pusher).lever, np.linspace(0, 6, 50)
     assert found(phi) == pytest.approx(given(phi), abs=1e-11)
     assert np.abs(found(phi) - even(phi)).max() > 1e-3
+
+
+def test_each_file_for_the_workshop_is_a_line(tmp_path, monkeypatch):
+    """Written into the folder that was given, with what was read back: of points in m, of a table in rad, of a law in words."""
+    asked = []
+    files = [
+        WorkshopFile(tmp_path / "cam.txt", "points", 100, 2.5e-6, 5e-6, motion=1.25e-7),
+        WorkshopFile(tmp_path / "law.csv", "rows", 3600, math.radians(1e-5), 1e-6, unit="rad"),
+    ]
+    monkeypatch.setattr(export, "write_workshop", lambda result, folder: asked.append((result, folder)) or files)
+    result = xr.Dataset(attrs={"study": "cam-contour"})
+    assert export.export(result, tmp_path) == [
+        f"{tmp_path / 'cam.txt'}  points, 100: read back within 2.5 um; a follower on it leaves its law by 1.2e-07",
+        f"{tmp_path / 'law.csv'}  rows, 3600: read back within 1.0e-05°",
+    ]
+    assert asked == [(result, tmp_path)]

@@ -180,6 +180,21 @@ def test_where_nothing_beats_it_says_so(machine: wucht.Machine) -> None:
     wucht.draw(result)
 
 
+def test_amplitudes_are_given_at_each_quarter_of_a_percent_of_the_cycles_and_down_to_one(machine: wucht.Machine) -> None:
+    """A run of 50 cycles with 2 mm and 150 with 1 mm: a quarter of them reaches 2 mm. The target has 1e6 cycles."""
+    plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)
+    beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
+    counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
+    design = Checked(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
+    result = dataset(plan, Findings(checked=(design,), complete=True))
+    shares, amplitudes = result.share.values, result.amplitude_full.values
+    assert shares[0] == pytest.approx(1e-6, rel=1e-12) and shares[-1] == 1.0
+    assert np.abs(shares[:, None] - np.arange(1, 401) / 400).min(axis=0).max() < 1e-12
+    assert (np.diff(shares) > 0).all() and np.diff(shares).max() == pytest.approx(1 / 400, rel=1e-9)
+    beside = np.abs(shares - 0.25) > 1e-9
+    assert amplitudes[beside] == pytest.approx(np.where(shares < 0.25, 2e-3, 1e-3)[beside], rel=1e-12)
+
+
 def test_how_long_the_cycles_of_the_target_take(machine: wucht.Machine) -> None:
     """A run of 50 s has 200 cycles, four a second."""
     plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wucht.studies.speed_curve.family_curve import FamilyCurve
+from wucht.studies.speed_curve.following import FollowedBranch
 
 from wucht.analysis.configurations.closed_form import State
 from wucht.studies.speed_curve import family_curve
-from wucht.studies.speed_curve.family_curve import FamilyCurve
-from wucht.studies.speed_curve.following import FollowedBranch
 
 OPEN = "beyond, the unbalances cannot compensate each other"
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wucht.studies.stability_map.ending_curves import RETURNS, EndingCurve, Plane, curves_between
+from wucht.studies.stability_map.ending_map import EndingFindings
+from wucht.studies.stability_map.orbit_endings import OrbitEnding
 
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.stability_map import ending_curves
-from wucht.studies.stability_map.ending_curves import RETURNS, EndingCurve, Plane, curves_between
-from wucht.studies.stability_map.ending_map import EndingFindings
 from wucht.studies.stability_map.map_parts import MapParts, ending_parts
-from wucht.studies.stability_map.orbit_endings import OrbitEnding
 
 PLANE = Plane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
 LINE = EndingCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15), ("", ""))

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from wucht.studies.orbit_branch.first_orbits import SeedOrbit
-from wucht.studies.stability_map import state_rows
 from wucht.studies.stability_map.orbit_endings import NONE
 from wucht.studies.stability_map.state_rows import OrbitRow, OrbitSide, row_through
+
+from wucht.studies.stability_map import state_rows
 
 SEED = SeedOrbit(np.array([0.0, 1.0]), 2, np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
 
