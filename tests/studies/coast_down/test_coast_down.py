@@ -17,13 +17,13 @@ from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
 from wucht.analysis.forced import Forced
+from wucht.dynamics.run_ups import descent_record as recording
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.integrate import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.conventions import summary_of
-from wucht.studies.coast_down import record as recording
 from wucht.studies.coast_down import run as module
 from wucht.studies.coast_down.prepare import prepare
 from wucht.studies.coast_down.spec import CoastDown

@@ -7,17 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from wucht.studies.stability_map.ending_curves import RETURNS, EndingCurve, Plane, curves_between
-from wucht.studies.stability_map.ending_map import EndingFindings
-from wucht.studies.stability_map.orbit_endings import OrbitEnding
 
+from wucht.dynamics.branches import ending_curves
+from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, Plane, curves_between
+from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
+from wucht.dynamics.branches.orbit_endings import OrbitEnding
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.studies.stability_map import ending_curves
-from wucht.studies.stability_map.map_parts import MapParts, ending_parts
+from wucht.studies.stability_map.ending_plan import EndingPlan
+from wucht.studies.stability_map.map_parts import MapParts
 
 PLANE = Plane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
-LINE = EndingCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15), ("", ""))
+LINE = EndingCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15))
 
 
 def place(x: float, y: float, kind: str, **more: Any) -> OrbitEnding:
@@ -26,11 +27,12 @@ def place(x: float, y: float, kind: str, **more: Any) -> OrbitEnding:
 
 def parts(*curves: EndingCurve, complete: bool = True) -> MapParts:
     """Of two by two places: those on the left end at a saddle-node, those on the right at a saddle connection."""
-    along, second = SimpleNamespace(path="x"), SimpleNamespace(path="y")
-    plan: Any = SimpleNamespace(along=along, second=second, bounds=PLANE.bounds[1:], cells=2)
+    along, second, none = (SimpleNamespace(path=path) for path in ("x", "y", ""))
+    case: Any = EndingMapCase(PLANE, none, 2, ())  # type: ignore[arg-type]
+    plan = EndingPlan(along, second, PLANE.bounds[1:], (), none, {}, case)  # type: ignore[arg-type]
     kinds = (SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION)
     places = [place(x, y, kind) for y in (-1.0, 1.0) for x, kind in zip((12.5, 17.5), kinds, strict=True)]
-    return ending_parts(plan, EndingFindings(tuple(places), curves, complete=complete))
+    return plan.parts(EndingFindings(tuple(places), curves, complete=complete))
 
 
 def test_a_curve_between_places_that_differ_explains_them() -> None:
@@ -66,8 +68,11 @@ def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.Mon
             asked.append(("states", path, bounds))
             raise RunError("enough was asked")
 
-    monkeypatch.setattr(ending_curves, "cycles_of", lambda _, bounds, *seed: asked.append(("orbits", bounds, *seed)))
-    monkeypatch.setattr(ending_curves, "first_cycle", lambda _cycles, _seed: None)
+    def through(_: Any, bounds: Any, seed: Any) -> tuple[None, None]:
+        asked.append(("orbits", bounds, seed.winding, seed.scale, seed.longest))
+        return None, None
+
+    monkeypatch.setattr(ending_curves, "cycles_through", through)
     seed: Any = SimpleNamespace(winding="winding", scale="scale", longest="longest")
     connected = place(12.5, 1.0, SADDLE_CONNECTION, last=seed, equilibrium=np.zeros(2))
     motion: Any = Asked()

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from wucht.studies.speed_curve.family_curve import FamilyCurve
-from wucht.studies.speed_curve.following import FollowedBranch
 
 from wucht.analysis.configurations.closed_form import State
-from wucht.studies.speed_curve import family_curve
+from wucht.dynamics.branches import family_curve
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.family_curve import FamilyCurve
 
 OPEN = "beyond, the unbalances cannot compensate each other"
 
@@ -20,7 +20,7 @@ def point(value: float, speed: float = 50.0) -> Any:
     return SimpleNamespace(u=np.array([speed, value]), x=np.array([speed]), parameter=value, kind="")
 
 
-def followed(monkeypatch: pytest.MonkeyPatch, low: float, high: float, at: float) -> FollowedBranch:
+def followed(monkeypatch: pytest.MonkeyPatch, low: float, high: float, at: float) -> EquilibriumBranch:
     """From a state at a value, on a branch of speeds over 0, 1, ... 9; the unbalances compensate from low to high."""
     equilibria = SimpleNamespace(
         equations=SimpleNamespace(scale=np.array([100.0, 9.0])),

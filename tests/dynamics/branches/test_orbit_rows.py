@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit
-from wucht.studies.stability_map.orbit_endings import NONE
-from wucht.studies.stability_map.state_rows import OrbitRow, OrbitSide, row_through
 
-from wucht.studies.stability_map import state_rows
+from wucht.dynamics.branches import state_rows
+from wucht.dynamics.branches.first_orbits import SeedOrbit
+from wucht.dynamics.branches.orbit_endings import NONE
+from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide, RowCase
 
 SEED = SeedOrbit(np.array([0.0, 1.0]), 2, np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
 
@@ -39,13 +39,12 @@ def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
     sides = {way: OrbitSide(NONE, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
     walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
     cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
-    monkeypatch.setattr(state_rows, "_side", lambda _motion, _path, _bounds, _seed, way, _watch: sides[way])
-    monkeypatch.setattr(state_rows, "_within", lambda _motion, _path, _bounds, _seed, value: SEED)
-    monkeypatch.setattr(state_rows, "cycles_of", lambda *_: cycles)
-    monkeypatch.setattr(state_rows, "first_cycle", lambda *_: orbit(0.3))
+    monkeypatch.setattr(RowCase, "_side", lambda _self, _seed, way: sides[way])
+    monkeypatch.setattr(RowCase, "_within", lambda _self, _seed, _value: SEED)
+    monkeypatch.setattr(state_rows, "cycles_through", lambda *_: (cycles, orbit(0.3)))
     monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion, _path: lambda cycle: cycle.parameter - 0.23)
     motion: Any = SimpleNamespace(subject=Subject("s", np.zeros((3, 2))), lifted=lambda seed: seed)
-    made = row_through(motion, ("p", "s"), (0.0, 1.0), 7.0, SEED, lambda: None)
+    made = RowCase(motion, ("p", "s"), (0.0, 1.0), 7.0, lambda: None).row_through(SEED)
     assert isinstance(made, OrbitRow)
     return made
 
