@@ -32,8 +32,9 @@ class Refusal:
         return caught
 
     def check(self, error: BaseException | None) -> None:
-        """The error is what was expected: the class itself, not one below it."""
-        assert type(error) is self.error, repr(error)
+        """The error is of the class that was expected; where that is ``WuchtError``, neither bad input nor a failed run."""
+        assert isinstance(error, self.error), repr(error)
+        assert self.error is not WuchtError or not isinstance(error, InputError | RunError), repr(error)
         assert error.code == self.code, f"{error.code!r}: {error}"
         for name in self.naming:
             assert re.search(rf"(?<![\w.]){re.escape(name)}(?!\w)", str(error)), f"{name!r} is not named: {error}"

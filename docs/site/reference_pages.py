@@ -11,8 +11,9 @@ from wucht.cams.drive import followers, laws, linkages
 from wucht.checking import models_in
 from wucht.files.catalogue import FOLDER
 from wucht.keys import Key, keys_of
+from wucht.kinds import classes_of
 from wucht.machines.models import Model
-from wucht.machines.parts import known
+from wucht.machines.parts import GROUP, known
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
@@ -53,7 +54,8 @@ def parts() -> Iterator[tuple[str, tuple[str, type[Any], str]]]:
     for family, (base, where) in FAMILIES.items():
         yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in known(base).items())
     bases = tuple(base for base, _ in FAMILIES.values())
-    yield from ((f"others/{kind}", (kind, cls, "")) for kind, cls in known(Part).items() if not issubclass(cls, bases))
+    others = sorted((c for c in classes_of(Part, GROUP) if not issubclass(c, bases)), key=lambda c: c.kind)
+    yield from ((f"others/{cls.kind}", (cls.kind, cls, "")) for cls in others)
     for family, (kinds, where) in CAMS.items():
         yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in kinds().items())
 

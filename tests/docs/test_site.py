@@ -16,8 +16,9 @@ from page_blocks import PAGES
 
 from wucht.files.catalogue import load_document, names
 from wucht.keys import keys_of
+from wucht.kinds import classes_of
 from wucht.machines.models import models
-from wucht.machines.parts import bodies, carriers, drives, known, loads
+from wucht.machines.parts import GROUP, bodies, carriers, drives, loads
 from wucht.machines.parts.base import Part
 from wucht.results.conventions import summary_of
 from wucht.studies.registry import studies
@@ -38,7 +39,7 @@ def test_every_study_and_part_has_a_page_with_all_its_keys(reference: dict[str, 
     classes: dict[str, type[Any]] = {f"studies/{kind}.md": study.spec for kind, study in studies().items()}
     classes |= {f"parts/{place}.md": cls for place, (_, cls, _) in reference_pages.parts()}
     machines = [cls for kinds in (carriers(), bodies(), drives(), loads(), models()) for cls in kinds.values()]
-    assert {cls for cls in classes.values() if issubclass(cls, Part)} >= {*machines, *known(Part).values()}
+    assert {cls for cls in classes.values() if issubclass(cls, Part)} >= {*machines, *classes_of(Part, GROUP)}
     for place, cls in classes.items():
         assert [key.name for key in keys_of(cls) if f"| `{key.name}` |" not in reference[place]] == [], place
 
