@@ -14,9 +14,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from benchmarks.run_up import best
-from wucht.cams.cam import RollerCam
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.followers import OscillatingRoller
+from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.harmonic_law import HarmonicTable
