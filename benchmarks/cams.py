@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from benchmarks.run_up import best
 from wucht.cams.correction import CorrectedLaw
-from wucht.cams.followers import OscillatingRoller
+from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
@@ -63,7 +63,7 @@ def measure() -> Iterator[tuple[str, str]]:
 def _correction(phi: np.ndarray) -> None:
     law = CorrectedLaw(equiripple(5, math.radians(120), math.radians(24)), ShaftMotion(_SPEED))
     for outer in (False, True):
-        cam = RollerCam(law, OscillatingRoller(0.11, 0.09, 0.01, math.radians(-143)), outer=outer)
+        cam = RollerCam(law, OscillatingRoller(pivot=0.11, arm=0.09, roller_radius=0.01, angle=math.radians(-143)), outer=outer)
         cam.contour(phi)
         cam.normal(phi)
 
