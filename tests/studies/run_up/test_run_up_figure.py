@@ -215,7 +215,7 @@ def test_any_title_can_be_drawn(balanced: xr.Dataset, title: str, tmp_path: Path
 @pytest.mark.filterwarnings("error")
 def test_the_shortest_runs_can_be_drawn(study: Study) -> None:
     machine = load_machine(str(study()))
-    for question in (RunUp(turns=1e-9), RunUp(until=1e-300)):
+    for question in (RunUp(turns=1e-9), RunUp(until=1e-30)):
         result = run(question, machine)
         figure = draw(result)
         figure.savefig(io.BytesIO(), format="png")
