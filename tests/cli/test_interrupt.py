@@ -283,17 +283,19 @@ def test_ctrl_c_on_the_process_twice_over(study: Study, here: Path) -> None:
 @pytest.mark.slow
 @POSIX
 def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) -> None:
+    """Until a run ends, its result is in the sub-folder of what is new."""
     study(*LONG)
+    unfinished = here / "out/.wucht-new/result.nc"
     process = _begin("study.toml", "-o", "out", cwd=here)
     try:
-        _wait(process, (here / "out/result.nc").is_file, 40)
+        _wait(process, unfinished.is_file, 40)
     finally:
         process.kill()
         process.communicate()
-    kept = _load(here / "out/result.nc")
+    kept = _load(unfinished)
     assert kept.attrs["finished"] == 0
     assert kept.attrs["end_time"] > 0
-    assert wucht("plot", "out/result.nc").code == 0
+    assert wucht("plot", str(unfinished), "-o", "drawn").code == 0
     end = float(kept.attrs["end_time"])
     completed = wucht("run", "study.toml", "-o", "out", "--json", "--resume", "--set", f"study.until={end + 0.5}")
     assert completed.code == 0, completed.err
