@@ -76,9 +76,9 @@ def test_what_is_said_of_a_channel_counts():
 @pytest.mark.parametrize(
     ("time", "values", "refusal"),
     [
-        (T, [1.0, 2.0], refused("r.csv: x", given=None)),
-        ([0.0], [1.0], refused("r.csv: x", given=None)),
-        ([], [], refused("r.csv: x", given=None)),
+        (T, [1.0, 2.0], refused("r.csv: x", "at each time", given=None)),
+        ([0.0], [1.0], refused("r.csv: x", "two samples", "1", given=None)),
+        ([], [], refused("r.csv: x", "two samples", "0", given=None)),
         ([0, 1, 1], [1, 2, 3], refused("r.csv: x", "1 s", given=None)),
         ([0, 2, 1], [1, 2, 3], refused("r.csv: x", "1 s", "2 s", given=None)),
         (T, [1, np.nan, np.inf], refused("r.csv: x", code="not-finite")),

@@ -86,10 +86,10 @@ def test_what_is_zero_in_the_frame_is_gone() -> None:
 @pytest.mark.parametrize(
     ("odd", "refusal"),
     [
-        (Energies(potential=K * X.position**2), rejected("not-symmetric", "k")),
-        (Energies(potential=G * sp.sin(PHI.position)), rejected("not-symmetric", "g")),
-        (Energies(dissipation=L * Y.velocity**2), rejected("not-symmetric", "l")),
-        (Energies(kinetic=X.velocity * Y.velocity), rejected("not-symmetric")),
+        (Energies(potential=K * X.position**2), rejected("not-symmetric", "k", "potential")),
+        (Energies(potential=G * sp.sin(PHI.position)), rejected("not-symmetric", "g", "potential")),
+        (Energies(dissipation=L * Y.velocity**2), rejected("not-symmetric", "l", "dissipation")),
+        (Energies(kinetic=X.velocity * Y.velocity), rejected("not-symmetric", "kinetic")),
     ],
 )
 def test_what_feels_being_turned_is_refused(odd: Energies, refusal: Refusal) -> None:

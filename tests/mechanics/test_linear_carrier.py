@@ -55,13 +55,13 @@ def test_one_direction_only():
 
 def test_a_carrier_that_is_not_linear_is_refused():
     hardening = Energies(potential=kx * x.position**4)
-    with rejected("not-constant"):
+    with rejected("not-constant", "stiffness"):
         linear_carrier([SUPPORT, ROTOR, hardening], [x, y], [phi])
     rubbing = Energies(dissipation=bx * vx**4)
-    with rejected("not-constant"):
+    with rejected("not-constant", "damping"):
         linear_carrier([SUPPORT, ROTOR, rubbing], [x, y], [phi])
     moving_inertia = Energies(kinetic=m * sp.cos(phi.position) ** 2 * vx**2)
-    with rejected("not-constant"):
+    with rejected("not-constant", "mass"):
         linear_carrier([SUPPORT, ROTOR, moving_inertia], [x, y], [phi])
 
 

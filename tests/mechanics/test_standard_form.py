@@ -20,7 +20,7 @@ OSCILLATOR = System((x, v), (v, -x - epsilon * d), (epsilon,), ((d, v * x),))
         (epsilon - epsilon * (sp.cos(1) ** 2 + sp.sin(1) ** 2), r, psi, rejected("zero-frequency")),
         (sp.S.One, r, r, rejected("name-twice", "r")),
         (sp.S.One, d, psi, rejected("name-taken", "d")),
-        (sp.S.One, r, sp.Symbol("epsilon"), rejected("name-taken")),
+        (sp.S.One, r, sp.Symbol("epsilon"), rejected("name-taken", "epsilon")),
         (sp.S.One, r, TIME, rejected("name-taken", "t")),
     ],
 )
@@ -40,7 +40,7 @@ def test_names_of_outputs_that_are_taken():
         with raises(WuchtError, match=f"an output {name} is in the System already"):
             with_amplitude_and_phase(given, x, v, sp.S.One, r, psi)
     turning = System((phi, x), (1 + x**2, epsilon * x), (epsilon,), quadratures=(Output("time", x),))
-    with rejected("output-taken"):
+    with rejected("output-taken", "time"):
         with_angle_as_time(turning, phi)
 
 
