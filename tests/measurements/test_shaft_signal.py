@@ -71,9 +71,9 @@ def test_pulses():
     assert (shaft.quantity, shaft.values[0]) == ("angle", 0.0)
     assert np.ptp(angle_at(shaft.time) - shaft.values) < 1e-9
     for per_turn in (0, -3, 2.5, True):
-        with refused("r.csv: pulses"):
+        with refused("r.csv: pulses", "pulses per turn"):
             pulse_signal(channel(T, T, "s", "pulses"), per_turn)
-    with refused("r.csv: pulses", given=None):
+    with refused("r.csv: pulses", "missing", given=None):
         pulse_signal(channel(np.delete(T, 50), np.delete(T, 50), "s", "pulses"), 16)
 
 

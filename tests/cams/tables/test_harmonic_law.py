@@ -119,7 +119,7 @@ def test_what_contradicts_itself_says_what_must_give_way_and_how_many_harmonics_
     said = str(raised.value)
     assert "no motion of 2 harmonics satisfies them all; what may give way: law.restrictions[" in said
     assert "; 5 harmonics are enough" in said
-    with refused("law.restrictions", given=None):
+    with refused("law.restrictions", "more than one", given=None):
         law({"at": 3, "equals": 1}, {"at": 3, "equals": 2}, {"at": 3, "equals": 3}, DWELL)
 
 
@@ -145,7 +145,7 @@ def test_bounds_of_the_acceleration_say_what_must_give_way_in_their_own_unit():
 
 @pytest.mark.parametrize(("harmonics", "bound"), [(5, 1), (8, 5), (12, 1), (12, 20)])
 def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
-    with refused("law.restrictions", given=None):
+    with refused("law.restrictions", "no motion", given=None):
         _accelerated(harmonics, bound)
 
 
@@ -193,7 +193,7 @@ def test_by_how_much_it_must_give_way(share, feasible):
     if feasible:
         law(TOP, eased, **FEW)
     else:
-        with refused("law.restrictions", given=None):
+        with refused("law.restrictions", "2 harmonics", given=None):
             law(TOP, eased, **FEW)
 
 
