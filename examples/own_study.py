@@ -15,17 +15,17 @@ from wucht.extending import (
     COLOURS,
     InputError,
     Machine,
+    Quantity,
+    ReportLines,
     Spec,
     Vibration,
     Work,
-    answered,
-    formats,
+    answer,
     label,
     legend_beside,
     new_figure,
     si,
-    summary_of,
-    variable,
+    table,
 )
 
 if TYPE_CHECKING:
@@ -79,36 +79,32 @@ def _upper(plan: Plan) -> np.ndarray:
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """frequency and damping (pole): |lambda| and -Re lambda/|lambda|."""
-    import xarray as xr_
-
+    """The answer: what each number is, and its unit, is stated here alone."""
     size = np.abs(findings.poles)
     damping = -findings.poles.real / size
-    answer = xr_.Dataset(
-        {
-            "frequency": variable("pole", size, "natural frequency", plan.unit),
-            "damping": variable("pole", damping, "damping ratio"),
-            "rate": variable("pole", findings.poles.real, "growth rate", plan.unit.replace("rad", "1")),
-        }
-    )
-    summary = {"frequencies": size.tolist(), "damping_ratios": damping.tolist()}
-    return answered(answer, summary, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
+    poles = [{"frequency": w, "damping": d} for w, d in zip(size.tolist(), damping.tolist(), strict=True)]
+    parts = {"frequency": ("natural frequency", plan.unit), "damping": ("damping ratio", "")}
+    quantities = [
+        *table("poles", poles, "natural vibrations", parts, "pole", ["frequency", "damping"]),
+        Quantity("pole_rate", findings.poles.real, "growth rate", plan.unit.replace("rad", "1"), "pole"),
+    ]
+    return answer(quantities, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
 
 
 def figure(result: xr.Dataset) -> Figure:
     """The poles in the complex plane."""
     drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.0)
-    rate, frequency = result.rate.values, result.frequency.values
+    rate, frequency = result.pole_rate.values, result.pole_frequency.values
     axis.plot(rate, np.sqrt(frequency**2 - rate**2), "x", color=COLOURS[0], label="poles")
-    axis.set_xlabel(label(result, "rate"))
-    axis.set_ylabel(label(result, "frequency"))
+    axis.set_xlabel(label(result, "pole_rate"))
+    axis.set_ylabel(label(result, "pole_frequency"))
     legend_beside(axis)
     return drawn
 
 
 def report(result: xr.Dataset) -> list[str]:
     """A line a pole."""
-    speed, _ = formats(result)
-    summary = summary_of(result)
-    pairs = zip(summary["frequencies"], summary["damping_ratios"], strict=True)
-    return [result.attrs["title"], *(f"  {speed(w)}, damping ratio {d:.4g}" for w, d in pairs)]
+    lines = ReportLines(result)
+    for pole in result.wucht.summary["poles"]:
+        lines.add("pole", "{frequency}, damping ratio {damping}", pole, "poles")
+    return lines.report(result.wucht.sentence)

@@ -3,7 +3,6 @@
 import pytest
 
 from wucht.files.catalogue import names
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
@@ -195,7 +194,7 @@ def test_every_file_is_listed() -> None:
 @pytest.mark.parametrize("name", sorted(SEVERAL))
 def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
     study = read_study(name)
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     assert [case["outcome"] for case in actual["cases"]] == SEVERAL[name]
     assert max(case["energy_residual"] for case in actual["cases"]) < 1e-9
 
@@ -211,7 +210,7 @@ LIKE_ANOTHER = tuple(
 def test_branches_of_orbits_give_their_numbers(name: str) -> None:
     settings, numbers = ORBITS[name]
     study = read_study(name, settings)
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     for path, expected in numbers.items():
         value = actual
         for step in path:
@@ -235,7 +234,7 @@ TESTED_ELSEWHERE_TOO = (
 )
 def test_other_studies_give_their_numbers(name: str) -> None:
     study = read_study(name)
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     for path, expected in OTHERS[name].items():
         value = actual
         for step in path:
@@ -248,7 +247,7 @@ def test_other_studies_give_their_numbers(name: str) -> None:
 def test_runs_and_gives_its_numbers(name: str) -> None:
     outcome, speed, peak = EXPECTED[name]
     study = read_study(name)
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     assert actual["outcome"] == outcome
     if speed is not None:
         assert actual["final_speed"] == pytest.approx(speed, rel=1e-4)

@@ -8,7 +8,6 @@ import xarray as xr
 
 from wucht.machines.tracks import angular_width
 from wucht.numerics.harmonics import even_angles
-from wucht.results.conventions import summary_of
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -40,7 +39,7 @@ EXPECTED = {
 def test_the_carton_pusher_gives_what_its_notes_say() -> None:
     """The shaft swings by 12 %; the cam for an even shaft leaves orders, the corrected one none; pressure angle 42 degrees."""
     study = read_study("practice/carton-pusher")
-    s = summary_of(run(CamPrediction(simulate=5, cuts=1), study.subject))
+    s = run(CamPrediction(simulate=5, cuts=1), study.subject).wucht.summary
     assert s["fluctuation"] == pytest.approx(0.1158, abs=1e-4)
     assert s["corrected"]["fluctuation"] == pytest.approx(0.1253, abs=1e-4)
     assert s["inertia_ratio"] == pytest.approx(0.305, abs=1e-3)
@@ -56,7 +55,7 @@ def test_switchable_pendulums_leave_the_resonance_of_the_laundry_drum_as_it_is()
     """What docs/switchable-pendulums.md says: 7.3 mm as without any, rigid ones 6.6 to 15 mm; all compensate."""
     study = read_study("practice/laundry-drum-switchable")
     result = run(study.spec, study.subject)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["none"]["peak_amplitude"] == pytest.approx(7.302e-3, rel=1e-3)
     assert float(result.curve_amplitude.sel(curve="without pendulums").dropna("point")[-1]) == pytest.approx(2.4e-3, rel=0.03)
     assert result.peak.values == pytest.approx(np.full((1, 2, 4), 7.328e-3), rel=1e-3)
@@ -101,7 +100,7 @@ WITHOUT_BALLS = ("fan-on", "friction", "screen")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED)])
 def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     outcome, speed, peak = EXPECTED[name]
-    actual = summary_of(ran(name))
+    actual = ran(name).wucht.summary
     assert actual["outcome"] == outcome
     assert actual["final_speed"] == pytest.approx(speed, rel=1e-4)
     # As in test_catalogue_runs; where balls collide before the peak, it moves a little with the last bit.
@@ -130,7 +129,7 @@ def test_no_ball_passes_another(name: str, ran) -> None:
 def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
     """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25 mm."""
     left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
-    assert summary_of(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
+    assert ran("practice/grinder-2-balls").wucht.summary["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
 
 
 def test_the_fan_on_a_belt_is_driven_by_the_motor_of_its_nameplate() -> None:
@@ -142,7 +141,7 @@ def test_the_fan_on_a_belt_is_driven_by_the_motor_of_its_nameplate() -> None:
     assert motor.reduced_breakdown()[2] == pytest.approx(0.95 * 0.714 * 3 * rated, rel=1e-9)
     assert machine.at(6.0).values["drive.voltage"] == pytest.approx(400.0)
     assert machine.at(3.0).values["drive.voltage"] == pytest.approx((400 + 12) / 2)
-    s = summary_of(run(TorqueBalance(), machine))
+    s = run(TorqueBalance(), machine).wucht.summary
     (point,) = s["working_points"]
     assert (point["speed"], point["slip"], point["torque"]) == pytest.approx((211.997, 0.0364, 15.39), rel=2e-3)
     assert machine.notes[0].startswith("drive: circuit of the nameplate, ohm a phase: stator 3.231, rotor 4.188 (6.328 at")
@@ -161,13 +160,13 @@ def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:
     result = ran("practice/balls-at-resonance")
     speeds = result.speed.isel(time=slice(-5000, None)).mean("time").values
     assert speeds[1:] == pytest.approx([55.52] * 4, abs=0.05)
-    assert speeds[1] < min(summary_of(result)["natural_frequencies"].values())
+    assert speeds[1] < min(result.wucht.summary["natural_frequencies"].values())
 
 
 def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
     """Angles of e1 and e2 add up to 90.37 degrees: the forces add up along 45.2 degrees; amplitude 2 U/M, a little more."""
     result = ran("practice/screen")
-    actual = summary_of(result)
+    actual = result.wucht.summary
     assert math.degrees(actual["rotor_phases"]["e2"]) == pytest.approx(360 - 90.37, abs=0.1)
     assert actual["final_amplitude"] == pytest.approx(2.29e-3, rel=1e-2)
     last = result.displacement.isel(time=slice(-300, None))
@@ -179,7 +178,7 @@ def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
 
 def test_the_line_of_an_unsynchronised_screen_turns(ran) -> None:
     result = ran("practice/screen-unsynchronised")
-    actual = summary_of(result)
+    actual = result.wucht.summary
     speeds = actual["mean_speeds"]
     assert 1 + speeds["e2"] / speeds["e1"] == pytest.approx(0.0134, abs=5e-4)
     assert actual["modulation_period"] == pytest.approx(3.04, abs=0.02)
@@ -205,10 +204,10 @@ def test_free_travel_saves_power_at_full_speed(ran) -> None:
         )
         result = run(study.spec, study.subject)
         power = float(result.motor_power.isel(time=result.time > 19).mean())
-        return summary_of(result)["peak_amplitude"], power, float(np.abs(result.displacement.sel(direction="x")).max())
+        return result.wucht.summary["peak_amplitude"], power, float(np.abs(result.displacement.sel(direction="x")).max())
 
     usual = ran("practice/laundry-drum-friction")
-    assert summary_of(usual)["final_amplitude"] == pytest.approx(2.362e-3, rel=1e-3)
+    assert usual.wucht.summary["final_amplitude"] == pytest.approx(2.362e-3, rel=1e-3)
     assert float(usual.speed.max()) < 1.006 * 125.664
     assert float(usual.motor_power.max()) == pytest.approx(500.0, rel=1e-9)
     power = float(usual.motor_power.isel(time=usual.time > 19).mean())
@@ -228,4 +227,4 @@ def test_the_material_slows_the_screen_down(ran) -> None:
     last = result.displacement.isel(time=slice(-300, None))
     across = np.ptp(last.sel(direction="y").values) / 2
     assert across * 154.71**2 / 9.81 == pytest.approx(2.58, abs=0.02)
-    assert summary_of(result)["final_amplitude"] == pytest.approx(1.483e-3, rel=1e-3)
+    assert result.wucht.summary["final_amplitude"] == pytest.approx(1.483e-3, rel=1e-3)

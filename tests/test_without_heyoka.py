@@ -7,7 +7,6 @@ import pytest
 
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import available_engine
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -28,7 +27,7 @@ def test_a_run_up_on_scipy_alone() -> None:
     assert result.attrs["engine"] == "scipy"
     assert result.attrs["outcome"] == "compensated"
     # Phases of cases.md; after 5 s 1e-4 rad of the way is left.
-    phases = summary_of(result)["final_phases"]
+    phases = result.wucht.summary["final_phases"]
     assert phases["p1"] == pytest.approx(4.327992, abs=1e-3)
     assert phases["p2"] == pytest.approx(1.955193, abs=1e-3)
-    assert summary_of(result)["energy_residual"] < 1e-9
+    assert result.wucht.summary["energy_residual"] < 1e-9

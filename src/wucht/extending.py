@@ -27,8 +27,8 @@ from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import answered, summary_of, variable
-from wucht.results.formatting import formats, in_lines
+from wucht.results.formatting import ReportLines, formats, in_lines
+from wucht.results.quantities import Quantity, answer, table
 from wucht.results.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.results.style import COLOURS, label
 from wucht.studies.runner import draw, export, load, report, run
@@ -36,8 +36,8 @@ from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolera
 
 __all__ = [
     "COLOURS", "Attachment", "Body", "Drive", "Energies", "Engine", "Frame", "InputError", "Interval", "Load", "Machine",
-    "Motion", "Outcome", "Pair", "Part", "Path", "Point", "RunError", "RunSettings", "RunUpCase", "Spec", "Start", "Support",
-    "Tolerance", "Values", "Verdict", "Vibration", "Whole", "Work", "WuchtError", "answered", "compile_system", "draw",
-    "export", "formats", "in_lines", "integrate", "label", "legend_below", "legend_beside", "load", "load_machine",
-    "new_figure", "new_grid", "report", "run", "run_to_end", "run_up", "si", "summary_of", "variable",
+    "Motion", "Outcome", "Pair", "Part", "Path", "Point", "Quantity", "ReportLines", "RunError", "RunSettings", "RunUpCase",
+    "Spec", "Start", "Support", "Tolerance", "Values", "Verdict", "Vibration", "Whole", "Work", "WuchtError", "answer",
+    "compile_system", "draw", "export", "formats", "in_lines", "integrate", "label", "legend_below", "legend_beside", "load",
+    "load_machine", "new_figure", "new_grid", "report", "run", "run_to_end", "run_up", "si", "table",
 ]  # fmt: skip

@@ -20,7 +20,6 @@ from wucht.kinds import classes_of
 from wucht.machines.models import models
 from wucht.machines.parts import GROUP, bodies, carriers, drives, loads
 from wucht.machines.parts.base import Part
-from wucht.results.conventions import summary_of
 from wucht.studies.registry import studies
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -85,7 +84,7 @@ def test_what_differs_is_seen() -> None:
 @pytest.mark.parametrize("name", sorted(published()))
 def test_published_numbers_are_met(name: str) -> None:
     study = read_study(name)
-    summary = summary_of(run(study.spec, study.subject))
+    summary = run(study.spec, study.subject).wucht.summary
     assert [c for c in compared(name, summary) if not c.agrees] == []
     assert contradicted(name, summary) == []
 

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from page_blocks import PAGES, blocks
 
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
@@ -21,7 +20,7 @@ TEXT = PAGE.read_text(encoding="utf-8")
 @cache
 def answer(name: str) -> dict[str, Any]:
     study = read_study(name)
-    return dict(summary_of(run(study.spec, study.subject)))
+    return dict(run(study.spec, study.subject).wucht.summary)
 
 
 def row(first: str) -> list[str]:

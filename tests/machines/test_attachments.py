@@ -10,7 +10,6 @@ from wucht.analysis.switching import with_rigid_pendulums
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.parts import attachments
-from wucht.results.conventions import summary_of
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
@@ -73,7 +72,7 @@ def test_coasting_down_they_stay() -> None:
     half = {}
     for force in (0.0, 40.0):
         machine = machine_from(described(DAMPER | {"force": force}, carrier=CARRIER | {"damping": 0.0}))
-        half[force] = summary_of(run(CoastDown(until=20.0), machine))["half_time"]
+        half[force] = run(CoastDown(until=20.0), machine).wucht.summary["half_time"]
     assert half[0.0] is None
     assert 0 < half[40.0] < 20
 

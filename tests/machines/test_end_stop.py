@@ -7,7 +7,6 @@ import pytest
 
 from witness import energy_gap, moved
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -73,7 +72,7 @@ def test_both_engines_run_it() -> None:
     results = [run(RunUp(until=3.0, tolerance=1e-11, engine=engine), machine) for engine in ("heyoka", "scipy")]
     first, second = (r.displacement.isel(time=-1).values for r in results)
     assert first == pytest.approx(second, rel=1e-5, abs=1e-9)
-    assert max(summary_of(r)["energy_residual"] for r in results) < 1e-8
+    assert max(r.wucht.summary["energy_residual"] for r in results) < 1e-8
 
 
 def test_a_carrier_comes_to_rest_on_a_stop() -> None:

@@ -5,7 +5,6 @@ import pytest
 
 from witness import energy_gap, moved
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -103,4 +102,4 @@ def test_both_engines_run_it() -> None:
     first, second = (r.displacement.isel(time=-1).values for r in results)
     assert first == pytest.approx(second, rel=1e-6)
     for result in results:
-        assert summary_of(result)["energy_residual"] < 1e-9
+        assert result.wucht.summary["energy_residual"] < 1e-9

@@ -16,7 +16,6 @@ from wucht.checking import checked
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
-from wucht.results.conventions import summary_of
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -119,7 +118,7 @@ def test_the_poles_of_steady_rotation_have_those_of_the_controller() -> None:
 def test_torque_balance_holds_the_set_speed_or_hangs_at_the_limit() -> None:
     """The torque at the set speed is what load and vibration take; a limit below the resonance's needs is a second point."""
     enough, tight, low = (
-        summary_of(run(TorqueBalance(), machine_from(UNBALANCED | {"drive": DRIVE | {"torque_limit": t}})))["working_points"]
+        run(TorqueBalance(), machine_from(UNBALANCED | {"drive": DRIVE | {"torque_limit": t}})).wucht.summary["working_points"]
         for t in (12.0, 5.0, 0.8)
     )
     (held,) = enough
@@ -139,14 +138,14 @@ def test_a_set_speed_is_held_by_a_torque_that_suffices_there(share: float, sense
     """Whatever it would have to be elsewhere: by hand, the bearing against the limit, either way round."""
     drive = DRIVE | {"set_speed": sense * SET, "torque_limit": share * B * SET}
     machine = machine_from(MOUNTED | {"drive": drive})
-    (point,) = summary_of(run(TorqueBalance(range=(-1.5 * SET, 1.5 * SET)), machine))["working_points"]
+    (point,) = run(TorqueBalance(range=(-1.5 * SET, 1.5 * SET)), machine).wucht.summary["working_points"]
     assert point["speed"] == pytest.approx(sense * min(share, 1.0) * SET, rel=1e-9)
     assert point["torque"] == pytest.approx(sense * min(share, 1.0) * B * SET, rel=1e-9)
 
 
 def test_without_load_it_is_one_working_point_without_torque() -> None:
     machine = machine_from(MOUNTED | {"bodies": [ROTOR | {"bearing_damping": 0.0}]})
-    (point,) = summary_of(run(TorqueBalance(), machine))["working_points"]
+    (point,) = run(TorqueBalance(), machine).wucht.summary["working_points"]
     assert (point["speed"], point["torque"], point["stable"]) == (SET, 0.0, True)
 
 
@@ -160,7 +159,7 @@ def test_a_torque_that_is_too_small_is_captured() -> None:
     outcomes = {}
     for limit in (5.0, 12.0):
         machine = machine_from(UNBALANCED | {"drive": DRIVE | {"torque_limit": limit}})
-        outcomes[limit] = summary_of(run(RunUp(until=30.0), machine))
+        outcomes[limit] = run(RunUp(until=30.0), machine).wucht.summary
     assert (outcomes[5.0]["outcome"], outcomes[12.0]["outcome"]) == ("captured", "passed")
     assert outcomes[12.0]["final_speed"] == pytest.approx(SET, rel=1e-6)
 
@@ -201,7 +200,7 @@ def test_averaged_equations_have_no_place_for_it() -> None:
 
 def test_it_coasts_down_without_its_controller() -> None:
     machine = machine_from(MOUNTED)
-    half = summary_of(run(CoastDown(until=60.0), machine))["half_time"]
+    half = run(CoastDown(until=60.0), machine).wucht.summary["half_time"]
     assert half == pytest.approx(J / B * math.log(2), rel=1e-3)
 
 

@@ -9,7 +9,6 @@ import sympy as sp
 from witness import moved
 from wucht.analysis.averaged import averaged_machine
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 
@@ -39,7 +38,7 @@ def test_the_deck_bears_all_of_its_weight() -> None:
 
 @pytest.mark.slow
 def test_closed_forms_and_averaged_equations_know_it() -> None:
-    response = [summary_of(run(Response(range=(5.0, 60.0)), machine_from(m))) for m in (LOADED, HEAVIER)]
+    response = [run(Response(range=(5.0, 60.0)), machine_from(m)).wucht.summary for m in (LOADED, HEAVIER)]
     assert response[0]["peak_amplitude"] == pytest.approx(response[1]["peak_amplitude"], rel=1e-12)
     assert response[0]["critical_speeds"] == pytest.approx(response[1]["critical_speeds"], rel=1e-9)
     slow = [averaged_machine(machine_from(m)) for m in (LOADED, HEAVIER)]

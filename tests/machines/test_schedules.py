@@ -12,7 +12,6 @@ from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -289,7 +288,7 @@ def test_a_schedule_overrides_what_is_set():
 
 def test_a_run_up_with_a_schedule_reports_its_energy():
     result = run(RunUp(until=1.5), machine_with(SOFTER["steps"]))
-    assert summary_of(result)["energy_residual"] < 1e-9
+    assert result.wucht.summary["energy_residual"] < 1e-9
     assert result[SCHEDULED].attrs["units"] == "J"
 
 
@@ -297,4 +296,4 @@ def test_a_run_up_whose_legs_end_at_a_corner():
     """Of 1.5 s in twenty legs, one ends at 0.3 s: the step there is booked once."""
     steps = schedule("carrier.stiffness", [0.0, 1.2e4], [0.3, 5e3], [0.75, 2e4], interpolation="steps")
     result = run(RunUp(until=1.5, start={"carrier": {"x": "3 mm"}}), machine_with(steps))
-    assert summary_of(result)["energy_residual"] < 1e-9
+    assert result.wucht.summary["energy_residual"] < 1e-9

@@ -14,7 +14,6 @@ from wucht.analysis.vibration import unbalance_scale, unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -182,7 +181,7 @@ def test_pendulums_that_stand_where_they_would_compensate_but_stay_closed_compen
         n: {"angle": s * at, "speed": "199.9 rad/s"} for n, s in (("p1", 1), ("p2", -1))
     }
     closed, opened = (
-        summary_of(run(RunUp(until="8 s", start=start), rotor_with(preload))) for preload in ("1000 N", "292.5 N")
+        run(RunUp(until="8 s", start=start), rotor_with(preload)).wucht.summary for preload in ("1000 N", "292.5 N")
     )
     assert (closed["outcome"], opened["outcome"]) == ("passed", "compensated")
     assert closed["final_residual_unbalance"] == pytest.approx(1.0, abs=2e-3)
@@ -200,4 +199,4 @@ def test_it_may_be_locked_until_a_speed() -> None:
     assert np.abs(gap[locked]).max() < 1e-9
     assert np.abs(gap[~locked]).max() > 1.0
     assert float(result.slider_displacement.max()) > 0.05
-    assert summary_of(result)["energy_residual"] < 1e-10
+    assert result.wucht.summary["energy_residual"] < 1e-10

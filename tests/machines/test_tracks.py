@@ -12,7 +12,6 @@ from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -181,7 +180,7 @@ def test_the_stiffness_of_the_contact_does_not_matter():
         assert frequency == pytest.approx(20 * 200.0)
         hard = grinder(count, contact_frequency=5 * frequency)
         start = spread(count, 2.5, 0.3)
-        summaries = [summary_of(run(RunUp(until=6.0, start=start), m)) for m in (soft, hard)]
+        summaries = [run(RunUp(until=6.0, start=start), m).wucht.summary for m in (soft, hard)]
         assert abs(summaries[0]["final_speed"] - summaries[1]["final_speed"]) < 1e-3
         assert summaries[0]["energy_residual"] < 1e-9
         assert summaries[1]["energy_residual"] < 1e-9

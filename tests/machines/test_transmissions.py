@@ -16,7 +16,6 @@ from wucht.machines.operation import free_speed
 from wucht.machines.parts import ConstantTorque, LinearDrive
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import summary_of
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -140,7 +139,7 @@ def test_the_numbers_of_a_machine_see_the_reduced_drive():
     assert free_speed(geared, geared.rotor) == pytest.approx(90, rel=1e-12)
     assert numbers(geared) == pytest.approx(numbers(reduced), rel=1e-12)
     assert geared.drives[0].linearised(50.0) == pytest.approx((0.45, 90.0), rel=1e-12)
-    first, second = (summary_of(run(TorqueBalance(), m))["working_points"] for m in (geared, reduced))
+    first, second = (run(TorqueBalance(), m).wucht.summary["working_points"] for m in (geared, reduced))
     assert [p["speed"] for p in first] == pytest.approx([p["speed"] for p in second], rel=1e-9)
     assert [p["torque"] for p in first] == pytest.approx([p["torque"] for p in second], rel=1e-9)
 
@@ -155,7 +154,7 @@ def test_breakdown_and_slip_are_seen_at_the_rotor():
         motor | {"transmission": gear}, carrier=CARRIER, bodies=[DRUM], load={"kind": "viscous", "coefficient": 1.0}
     )
     slip, speed, torque = machine.drives[0].breakdown()
-    s = summary_of(run(TorqueBalance(), machine.with_values({"drive.transmission.ratio": 5.0})))
+    s = run(TorqueBalance(), machine.with_values({"drive.transmission.ratio": 5.0})).wucht.summary
     assert s["breakdown"]["slip"] == pytest.approx(slip)
     assert s["breakdown"]["speed"] == pytest.approx(speed / 5)
     assert s["breakdown"]["torque"] == pytest.approx(0.9 * 5 * torque, rel=1e-9)
@@ -181,7 +180,7 @@ def test_a_prescribed_speed_is_that_of_the_motor(drive, speed):
 @pytest.mark.slow
 def test_a_run_up_through_a_resonance_closes_its_balance():
     machine = machine_with(LINEAR | {"transmission": GEAR | {"efficiency": 0.85}}, carrier=CARRIER, bodies=[DRUM])
-    s = summary_of(run(RunUp(until="2 s"), machine))
+    s = run(RunUp(until="2 s"), machine).wucht.summary
     assert s["outcome"] == "passed"
     assert s["energy_residual"] < 1e-10
 
@@ -190,7 +189,7 @@ def test_a_coasting_rotor_drags_its_motor_along():
     """Switched off, the motor has inertia and no torque, so that its gear loses nothing."""
     load = {"kind": "viscous", "coefficient": 0.01}
     machine = machine_with(LINEAR | {"transmission": GEAR | {"efficiency": 0.5}}, carrier=CARRIER, load=load)
-    s = summary_of(run(CoastDown(start={"drum": {"speed": "50 rad/s"}}), machine))
+    s = run(CoastDown(start={"drum": {"speed": "50 rad/s"}}), machine).wucht.summary
     assert s["half_time"] == pytest.approx(math.log(2) * REDUCED / 0.01, rel=1e-3)
 
 

@@ -9,7 +9,6 @@ from tests.refusals import refused
 from wucht.files.building import machine_from
 from wucht.machines.volts_per_hertz import proportional_voltage
 from wucht.piecewise import interpolated
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -60,7 +59,7 @@ def test_one_schedule_moves_both():
 def test_a_motor_follows_its_inverter_from_standstill(boost):
     """A light rotor runs with the field but for a small slip, through its resonance, and the works balance."""
     result = run(RunUp(until="2.5 s"), machine_with(RAMP | {"boost": boost}))
-    s = summary_of(result)
+    s = result.wucht.summary
     field = 50 * math.pi * np.clip(result.time.values / 2, 0, 1)
     late = result.time.values > 0.5
     assert np.abs(result.speed.values[0] - field)[late].max() < 6.0

@@ -16,7 +16,6 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import LOST, SUPPLIED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -127,7 +126,7 @@ def test_energy_is_booked_completely(document, start):
 def test_a_run_up_reports_its_energy_residual(document, start):
     machine = machine_from(document)
     result = run(RunUp(until=twenty_turns(document), start=start_of(document, start)), machine)
-    assert summary_of(result)["energy_residual"] < 1e-9
+    assert result.wucht.summary["energy_residual"] < 1e-9
 
 
 @pytest.mark.slow

@@ -1,13 +1,11 @@
 """A verdict depends on the machine alone: not on units, nor on the order in a file, the sense of turning, or the time scale."""
 
-import json
 import math
 from functools import cache
 
 import pytest
 
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -122,7 +120,7 @@ def faster_by(rate, document, start, until):
 
 def verdict(document, start, until):
     asked = {"start": start} | ({"until": until} if until else {})
-    return summary_of(run(RunUp.read(asked), machine_from(document)))
+    return run(RunUp.read(asked), machine_from(document)).wucht.summary
 
 
 @cache
@@ -207,7 +205,7 @@ def test_the_mirror_image_is_as_close_to_the_end_of_its_branch():
             "drive": {"kind": "linear", "slope": 0.002, "no_load_speed": sense * 246.0},
         })  # fmt: skip
         result = run(RunUp(start={"p": sense * 1.5}), machine)
-        summary, warnings = summary_of(result), json.loads(result.attrs["warnings"])
+        summary, warnings = result.wucht.summary, result.wucht.warnings
         found.append((summary["outcome"], any("close to its end" in w for w in warnings)))
         assert sense * summary["final_speed"] == pytest.approx(108.12, abs=0.01)
         assert summary["resonance_speed"] == pytest.approx(107.488, abs=1e-3)

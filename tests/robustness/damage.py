@@ -83,7 +83,7 @@ def edits(result: xr.Dataset) -> Iterator[tuple[str, Edit]]:
         yield f"{name} without attributes", lambda d, name=name: d.assign({name: (d[name].dims, d[name].values)})  # type: ignore[misc]
         for number in (np.nan, np.inf, 1e308) if variable.dtype.kind == "f" else ():
             yield f"{name} all {number}", lambda d, name=name, number=number: _filled(d, str(name), number)  # type: ignore[misc]
-    summary = json.loads(result.attrs["summary"])
+    summary = result.wucht.summary
     for key in summary:
         yield f"summary without {key}", lambda d, key=key: _summarised(d, {k: v for k, v in summary.items() if k != key})  # type: ignore[misc]
         for value in (None, "x", [], {}):

@@ -22,7 +22,6 @@ from tiled_squares import TiledSquares, marks
 from interrupting import assert_same
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies import cluster
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run as ask
@@ -193,7 +192,7 @@ def test_interrupted_the_workers_stop_and_another_run_goes_on(two: Loopback, mar
     assert not part.attrs["finished"]
     until(lambda: len(marks(marked, "begun")) == len(marks(marked, "done")) + len(marks(marked, "given-up")))
     assert marks(marked, "given-up")
-    known, begun = summary_of(part)["count"], len(marks(marked, "begun"))
+    known, begun = part.wucht.summary["count"], len(marks(marked, "begun"))
     assert 0 < known < 12
     time.sleep(0.5)
     assert len(marks(marked, "begun")) == begun
@@ -378,7 +377,7 @@ def test_a_map_of_basins_is_the_same(two: Loopback, monkeypatch: pytest.MonkeyPa
     axes = {name: (*ends, 10) for name, (*ends, _) in asked.spec.axes.items()}
     spec = asked.spec.model_copy(update={"axes": axes, "refine": 1})
     result = ask(spec, asked.subject)
-    assert len(summary_of(result)["fractions"]) == 2
+    assert len(result.wucht.summary["fractions"]) == 2
     assert_same(result, ask(spec, asked.subject, scheduler=two.address))
 
 

@@ -19,7 +19,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import answered, summary_of, variable
+from wucht.results.conventions import answered, variable
 from wucht.results.loading import load
 from wucht.results.output_folder import NEW
 from wucht.results.store import save_figure
@@ -99,7 +99,7 @@ def figure(result: xr.Dataset) -> Any:
 
 
 def report(result: xr.Dataset) -> list[str]:
-    return [f"{summary_of(result)['sum']:g}"]
+    return [f"{result.wucht.summary['sum']:g}"]
 
 
 @pytest.fixture(autouse=True)
@@ -136,10 +136,10 @@ def test_what_every_result_has(tmp_path: Path) -> None:
     assert {"study", "title", "finished", "failure", "warnings", "input", "versions", "created", "elapsed_s"} <= set(
         result.attrs
     )
-    assert json.loads(result.attrs["warnings"]) == ["they are few", "squares are large"]
+    assert result.wucht.warnings == ["they are few", "squares are large"]
     assert (result.attrs["title"], result.attrs["dimensionless"], result.attrs["finished"]) == ("numbers", 1, 1)
     assert json.loads(result.attrs["input"])["study"] == {"kind": "squares", "count": 3.0, "times": 1.0}
-    assert summary_of(result) == {"sum": 14.0}
+    assert result.wucht.summary == {"sum": 14.0}
     assert load(tmp_path / "result.nc").equals(result)
     assert ask(Squares(count=3), [1.0, 2.0, 3.0], folder=str(tmp_path), resume=True).equals(result)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["result.nc"], "units are forgotten once the study is finished"
@@ -153,7 +153,7 @@ def test_interrupted_and_resumed_it_is_the_uninterrupted_one(tmp_path: Path, at:
     part = ask(Squares(), numbers, folder=tmp_path, progress=Stop(at))
     assert part.attrs["finished"] == 0
     assert part.sizes["number"] == at - 1
-    assert any("--resume" in w for w in json.loads(part.attrs["warnings"]))
+    assert any("--resume" in w for w in part.wucht.warnings)
     assert load(tmp_path / "result.nc").attrs["finished"] == 0
     again = ask(Squares(), numbers, folder=tmp_path, resume=True)
     assert computed == [f"square {k}" for k in range(5)], "no unit is computed twice"
@@ -209,7 +209,7 @@ def test_one_that_only_goes_further_is_begun_anew(tmp_path: Path, at: int) -> No
     computed.clear()
     result = ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path, resume=True)
     assert len(computed) == 3
-    assert any("study.count" in w and "begun anew" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("study.count" in w and "begun anew" in w for w in result.wucht.warnings)
 
 
 def test_without_resume_a_folder_is_begun_anew(tmp_path: Path) -> None:
@@ -275,7 +275,7 @@ def test_a_finished_result_of_another_question_is_not_handed_back(tmp_path: Path
     memory.keep("square 0", Square(1.0, np.random.default_rng(0).normal(size=3)))
     memory.flush()
     computed.clear()
-    assert summary_of(ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True)) == {"sum": 5.0}
+    assert ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True).wucht.summary == {"sum": 5.0}
     assert computed == ["square 1"]
 
 

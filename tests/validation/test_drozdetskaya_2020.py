@@ -28,7 +28,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_document, load_machine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -353,7 +352,7 @@ def result_of(name: str, *settings: tuple[str, Any], **start: Any) -> tuple[dict
     if start:
         study["start"] = {body: dict(value) if isinstance(value, tuple) else value for body, value in start.items()}
     result = run(RunUp.read(study), machine)
-    return summary_of(result), result
+    return result.wucht.summary, result
 
 
 def motor_less_vibration(machine: Machine, speed: float) -> float:

@@ -21,7 +21,6 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import summary_of as summary
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 from wucht.studies.torque_balance.spec import TorqueBalance
@@ -82,12 +81,12 @@ def test_self_centring(response: xr.Dataset) -> None:
     assert response.centre_distance.values == pytest.approx(distance, rel=1e-11)
     # Nearer than the axis: k^4 + 4 sigma^2 w^2 < w^4
     exact = math.sqrt(2 * SIGMA**2 + math.sqrt(4 * SIGMA**4 + K**4))
-    assert summary(response)["self_centring_speed"] == pytest.approx(exact, rel=1e-12)
+    assert response.wucht.summary["self_centring_speed"] == pytest.approx(exact, rel=1e-12)
 
 
 def test_peaks(response: xr.Dataset) -> None:
     """d/dw of (2.78): w^2 = k^4/(k^2 - 2 sigma^2), R = e k^2/(2 sigma sqrt(k^2 - sigma^2)); of (2.79): a quadratic in w^2."""
-    s = summary(response)
+    s = response.wucht.summary
     assert s["critical_speeds"] == pytest.approx([K], rel=1e-14)
     at = K**2 / math.sqrt(K**2 - 2 * SIGMA**2)
     assert [p["speed"] for p in s["peaks"]] == pytest.approx([at], rel=1e-11)
@@ -201,7 +200,7 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
 
 def balance(u: float, name: str = "carrier") -> list[dict[str, Any]]:
     machine = load_machine(f"drozdetskaya-2020/table-3.1-{name}", {"u": u})
-    return list(summary(run(TorqueBalance(), machine))["working_points"])
+    return list(run(TorqueBalance(), machine).wucht.summary["working_points"])
 
 
 def test_three_working_points() -> None:

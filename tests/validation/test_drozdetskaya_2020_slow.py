@@ -15,7 +15,6 @@ import pytest
 import xarray as xr
 
 from wucht.files.catalogue import load_document, load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -28,7 +27,7 @@ START = {"psi": 0.0, "delta": 0.5}
 def both(u: float, until: float) -> tuple[xr.Dataset, dict[str, Any]]:
     machine = load_machine(TABLE_5_1).with_values({"u": u})
     actual = run(RunUp.read({"kind": "run-up", "until": until, "start": START, "model": "both"}), machine)
-    return actual, summary_of(actual)
+    return actual, actual.wucht.summary
 
 
 OUTCOMES = {
@@ -94,7 +93,7 @@ DEVIATIONS = {
 def section_5_6(along: tuple[str, ...], value: float) -> dict[str, Any]:
     machine = load_machine(TABLE_5_1).with_values({"u": 2.5})
     keys = {"kind": "approximation", "along": list(along), "values": [value], "start": START, "until": 400.0}
-    return summary_of(run(Approximation.read(keys), machine))
+    return run(Approximation.read(keys), machine).wucht.summary
 
 
 @pytest.mark.parametrize("case", DEVIATIONS)
@@ -125,7 +124,7 @@ def test_real_machines(name: str) -> None:
     full, slow, until = REAL[name]
     machine = load_machine(name)
     keys = {"kind": "run-up", "until": until, "start": {"p1": 0.3, "p2": -0.5}, "model": "both"}
-    mine = summary_of(run(RunUp.read(keys), machine))
+    mine = run(RunUp.read(keys), machine).wucht.summary
     assert (mine["outcome"], mine["slow"]["outcome"]) == (full, slow)
     assert mine["slow"]["energy_residual"] < 1e-8
     for model in (r for r in (mine, mine["slow"]) if r["outcome"] == "compensated"):

@@ -26,7 +26,6 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -38,7 +37,7 @@ FIXED = {"mass": 1e9, "directions": "x", "stiffness": 1e9}
 def summary_and_motion(machine: Machine, **study: Any) -> tuple[dict[str, Any], xr.Dataset]:
     """The summary and the Dataset of a run-up."""
     result = run(RunUp.read(study), machine)
-    return summary_of(result), result
+    return result.wucht.summary, result
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -16,7 +16,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -85,7 +84,7 @@ def test_a_set_that_is_no_machine_is_told_with_what_would_be_right() -> None:
 def test_the_full_equations_of_the_rig_modulate_where_the_averaged_ones_do(slope: float, outcome: str) -> None:
     """By the averaged ones from 1.1244e-4 to 3.0648e-3 N m s."""
     asked = RunUp(until=100.0)
-    summary = summary_of(run(asked, load_machine(RIG, {"drive.slope": slope})))
+    summary = run(asked, load_machine(RIG, {"drive.slope": slope})).wucht.summary
     assert summary["outcome"] == outcome
     assert summary["energy_residual"] < 1e-9
 
@@ -95,7 +94,7 @@ def answers() -> dict[str, dict[str, Any]]:
     found = {}
     for name in (RIG, RIG_OF_TWO):
         study = read_study(name)
-        found[name] = summary_of(run(study.spec, study.subject))
+        found[name] = run(study.spec, study.subject).wucht.summary
     return found
 
 
@@ -116,7 +115,7 @@ def test_existence_and_stability_of_the_rigs_modulated_motion(answers: dict[str,
     assert at["period"] == pytest.approx(1.128555, rel=1e-5)
     # The averaged equations are those of a small unbalance: the full ones beat more slowly by 4.9 %.
     assert [at["min_amplitude"], at["max_amplitude"]] == pytest.approx([0.783e-3, 1.779e-3], rel=1e-2)
-    full = summary_of(run(RunUp(until=60.0), load_machine(RIG)))
+    full = run(RunUp(until=60.0), load_machine(RIG)).wucht.summary
     assert full["modulation_period"] == pytest.approx(at["period"], rel=0.06)
 
 
@@ -134,7 +133,7 @@ def test_two_pendulums_do_the_same_until_they_part(answers: dict[str, dict[str, 
 @pytest.mark.slow
 def test_one_pendulum_as_printed_does_not_modulate() -> None:
     study = read_study(ONE)
-    summary = summary_of(run(study.spec, study.subject))
+    summary = run(study.spec, study.subject).wucht.summary
     assert summary["orbits"] == []
     assert [t["found"].split(" ", 4)[4] for t in summary["tried"]] == ["it settles in a steady state"] * 5
 
@@ -143,7 +142,7 @@ def test_one_pendulum_as_printed_does_not_modulate() -> None:
 def test_one_pendulum_of_twice_the_mass_has_the_limits_of_two() -> None:
     """The numbers of cases.md, by the other machine."""
     study = read_study(ONE, {**HEAVY, "study.range": [1.0, 8.0], "study.at": 4.0, "study.inertia": False})
-    summary = summary_of(run(study.spec, study.subject))
+    summary = run(study.spec, study.subject).wucht.summary
     limits = sorted(e["u"] for e in summary["ends"])
     assert limits == [pytest.approx(2.150317, abs=1e-5), pytest.approx(5.161263, abs=1e-5)]
     assert summary["branches"][0]["stable"] == [pytest.approx(limits, abs=1e-6)]

@@ -31,7 +31,6 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.recurrence import rests
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.stability_map.ending_plan import EndingPlan
 from wucht.studies.stability_map.prepare import prepare
@@ -182,7 +181,7 @@ def test_the_curves_from_two_places() -> None:
 @pytest.mark.slow
 def test_the_whole_map() -> None:
     study = read_study("drozdetskaya-2020/how-the-rotating-orbit-disappears")
-    summary = summary_of(run(study.spec, study.subject))
+    summary = run(study.spec, study.subject).wucht.summary
     (point,) = summary["points"]
     assert (point["beta_r"], point["sigma"], point["u"]) == pytest.approx(DOUBLE, rel=1e-6)
     assert sorted(summary["boundaries"]) == [
@@ -204,7 +203,7 @@ def test_the_whole_map() -> None:
 def test_figure_5_9a() -> None:
     """002 figure 5.9a: the folds u1*, u2*, and the loss of stability of delta = 0 through (3.0800128, 0.1) (cases.md)."""
     study = read_study("drozdetskaya-2020/figure-5.9a")
-    summary = summary_of(run(study.spec, study.subject))
+    summary = run(study.spec, study.subject).wucht.summary
     folds = [np.array(v) for n, v in summary["boundaries"].items() if n.startswith("fold: together")]
     for sigma, values in ((0.1, (1.8331080, 5.8710372)), (0.05, (2.6739155, 5.8600817))):
         at = sorted(float(np.interp(sigma, f[:, 1], f[:, 0])) for f in (f[np.argsort(f[:, 1])] for f in folds))

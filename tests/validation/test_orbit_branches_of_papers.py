@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -24,7 +23,7 @@ DELTA = {2.0: -0.01969, 3.5: 0.00839}
 @cache
 def answer(name: str) -> dict[str, Any]:
     study = read_study(f"drozdetskaya-2020/figure-{name}")
-    return summary_of(run(study.spec, study.subject))
+    return run(study.spec, study.subject).wucht.summary
 
 
 def ends(summary: dict[str, Any]) -> list[tuple[str, float]]:
@@ -81,7 +80,7 @@ def test_the_limits_of_section_6_2() -> None:
     exciter = {"mu": 0.1, "w": 0.899, "lambda": 2.0, "s": 1.0, "beta_r": 0.2, "beta_p": 2.0, "sigma": 0.1}
     machine = load_machine("drozdetskaya-2020/table-5.1").with_unchecked(exciter)
     asked = OrbitBranch(along="u", range=(1.0, 8.0), at=(3.0,), together=True, values=(3.0,))
-    found = [u for _, u in ends(summary_of(run(asked, machine)))]
+    found = [u for _, u in ends(run(asked, machine).wucht.summary)]
     assert found == [pytest.approx(2.150, abs=6e-4), pytest.approx(5.161, abs=6e-4)]
 
 
@@ -89,7 +88,7 @@ def test_the_limits_of_section_6_2() -> None:
 def test_delta_loses_stability_subcritically() -> None:
     """The branch with delta that leaves at u = 3.0800128 goes to smaller u, unstable, and has the same period there."""
     asked = OrbitBranch(along="u", range=(2.4, 3.3), at=(2.5,), values=(3.07,), switch=True)
-    summary = summary_of(run(asked, load_machine("drozdetskaya-2020/table-5.1")))
+    summary = run(asked, load_machine("drozdetskaya-2020/table-5.1")).wucht.summary
     first, other = summary["branches"]
     assert "branch point at u = 3.08001" in other["begun"]
     assert other["range"][1] == pytest.approx(3.0800128, abs=1e-3)

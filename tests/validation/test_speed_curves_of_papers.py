@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.study_file import read_study
@@ -28,7 +27,7 @@ def result(name: str, **settings: float) -> Any:
 
 
 def answer(name: str, **settings: float) -> dict[str, Any]:
-    return summary_of(result(name, **settings))
+    return result(name, **settings).wucht.summary
 
 
 def branches_of(name: str, type_: str) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -62,7 +61,7 @@ def test_figure_3_2() -> None:
 
 def test_figure_3_2_of_the_laval_rotor_has_twice_the_folds() -> None:
     laval = run(SpeedCurve(along="u", range=[0.1, 10]), load_machine("drozdetskaya-2020/table-3.1-laval"))
-    found = sorted(p["u"] for p in summary_of(laval)["special_points"])
+    found = sorted(p["u"] for p in laval.wucht.summary["special_points"])
     assert found == pytest.approx([2 * 0.8937191, 2 * 2.6053860], abs=1e-7)
 
 
@@ -157,7 +156,7 @@ def test_the_folds_of_table_5_1_over_the_damping() -> None:
     """In the plane of u and sigma the two curves of type II cross at sigma = 0.0672888, u = 3.6873885."""
     spec = SpeedCurve(along="u", range=[0.5, 10], second="sigma", second_range=[0.03, 0.2], only=["together"], points=2)
     r = run(spec, load_machine("drozdetskaya-2020/table-5.1"))
-    assert summary_of(r)["second"] == "sigma" and r.sizes["curve_number"] == 2
+    assert r.wucht.summary["second"] == "sigma" and r.sizes["curve_number"] == 2
     for k in range(2):
         at = r["curve"].values == k
         q, p = r.curve_second.values[at], r.curve_value.values[at]
@@ -174,7 +173,7 @@ def test_real_machines_have_the_folds_of_their_dimensionless_numbers(name: str) 
     """errata.md, R1, R2: slope = 9.75e-4 u N m s; epsilon and the inertias do not change where states are."""
     machine = load_machine(f"drozdetskaya-2020/{name}")
     spec = SpeedCurve(along="drive.slope", range=["1e-4 N m s", "0.01 N m s"], points=3, only=["together"])
-    s = summary_of(run(spec, machine))
+    s = run(spec, machine).wucht.summary
     assert sorted(p["drive.slope"] for p in s["special_points"]) == pytest.approx(
         [9.75e-4 * 1.8331080, 9.75e-4 * 5.8710372], rel=1e-7
     )

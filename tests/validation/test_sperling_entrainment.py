@@ -16,7 +16,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
-from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 
@@ -28,7 +27,7 @@ TORQUE = UNBALANCE * FREQUENCY**2 * AMPLITUDE / 2  # the largest vibration torqu
 def answered(machine: Machine, **table: Any) -> tuple[xr.Dataset, dict[str, Any]]:
     result = run(Entrainment.read(table), machine)
     assert result.attrs["finished"], result.attrs["failure"]
-    return result, summary_of(result)
+    return result, result.wucht.summary
 
 
 def bild_2(**values: float) -> Machine:

@@ -24,7 +24,6 @@ from scipy.optimize import fsolve
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -186,7 +185,7 @@ def final_phases(table: int, speed: float, start: tuple[float, float], **options
     options.setdefault("beta", 2e-5 if speed == 40.0 else 5e-5)
     driven = machine(*UNBALANCES[table], {"kind": "constant-speed", "speed": speed}, **options)
     begin = {"r1": math.radians(start[0] + 3), "r2": math.radians(start[1] - 4)}
-    actual = summary_of(run(RunUp.read({"until": RUN_TIME[speed], "start": begin}), driven))
+    actual = run(RunUp.read({"until": RUN_TIME[speed], "start": begin}), driven).wucht.summary
     return np.degrees([actual["final_phases"]["r1"], actual["final_phases"]["r2"]]), actual
 
 
@@ -297,7 +296,7 @@ def test_shift_by_damping_vanishes_with_damping(table: int, speed: float, state:
 )
 def test_motion_to_the_stable_position_bild_7_to_10(figure: int, phases: tuple[float, float], tolerance: float) -> None:
     study = read_study(f"sperling-rollers/figure-{figure}")
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     for name, phase in zip(("r1", "r2"), phases, strict=True):
         assert math.remainder(math.degrees(actual["final_phases"][name]) - phase, 360.0) == pytest.approx(0.0, abs=tolerance)
     assert actual["energy_residual"] < 1e-9

@@ -20,7 +20,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -150,7 +149,7 @@ def _centrifugal(body: str, along: Any, across: Any, sign: int) -> sp.Expr:
 
 def entrained(no_load_speed: float, until: float = 200.0, **settings: Any) -> dict[str, Any]:
     machine = load_machine("sperling-vibration/figure-2a", {"drive.no_load_speed": no_load_speed} | settings)
-    return summary_of(run(RunUp(until=until), machine))
+    return run(RunUp(until=until), machine).wucht.summary
 
 
 def test_entrainment_bild_2a() -> None:
@@ -190,7 +189,7 @@ def test_band_of_existence_equation_21(speed: float, outcome: str) -> None:
     ratio = (speed - OMEGA) / edge
     phase = math.copysign(math.pi / 2, ratio) if abs(ratio) >= 1 else math.asin(ratio)
     machine = load_machine("sperling-vibration/figure-2a", {"drive.no_load_speed": speed})
-    actual = summary_of(run(RunUp(until=1500.0, start={"rotor": {"angle": phase, "speed": OMEGA}}), machine))
+    actual = run(RunUp(until=1500.0, start={"rotor": {"angle": phase, "speed": OMEGA}}), machine).wucht.summary
     assert actual["outcome"] == outcome  # the edges are met to 3e-3: the averaging's own error
 
 
@@ -202,14 +201,14 @@ def test_rotation_sustained_by_vibration_equation_25() -> None:
     for factor, outcome in ((1.002, "entrained"), (0.998, "oscillating")):
         machine = load_machine("sperling-vibration/sustained-rotation", {"carrier.motion.amplitude": factor * threshold})
         start = {"rotor": {"angle": -math.asin(min(1.0, 1 / factor)), "speed": OMEGA}}
-        actual = summary_of(run(RunUp(until=400.0, start=start), machine))
+        actual = run(RunUp(until=400.0, start=start), machine).wucht.summary
         assert actual["outcome"] in (outcome, "stopped" if outcome == "oscillating" else outcome)
 
 
 def test_rotation_against_the_drive() -> None:
     study = read_study("sperling-vibration/against-the-drive")
     result = run(study.spec, study.subject)
-    actual = summary_of(result)
+    actual = result.wucht.summary
     assert (actual["outcome"], round(actual["final_speed"], 6)) == ("entrained", round(OMEGA, 6))
     assert float(result.motor_torque[-1]) * actual["final_speed"] < 0  # it works as a generator
     assert actual["energy_residual"] < 1e-9
@@ -224,7 +223,7 @@ def test_rotation_against_the_drive() -> None:
 def test_equal_exciters_equations_37_40(name: str, phase: float) -> None:
     """Beyond the resonance they work against each other, below it together."""
     study = read_study(f"sperling-vibration/self-synchronisation-{name}")
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     assert actual["outcome"] == "synchronised"
     assert abs(math.remainder(actual["rotor_phases"]["e2"] - phase, 2 * math.pi)) < 1e-6
     if name == "soft":  # (35): the carrier rests, nothing is lost
@@ -235,7 +234,7 @@ def test_equal_exciters_equations_37_40(name: str, phase: float) -> None:
 def test_unequal_exciters_equations_33_35(name: str) -> None:
     """Speed and phase from (33) with the moments of the damped carrier, whose averaged form adds the k = i terms to (34)."""
     study = read_study(f"sperling-vibration/self-synchronisation-{name}-unequal")
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     values = study.subject.values
     k = 3e-5
     no_load = np.array([12.0, 12.5])
@@ -258,7 +257,7 @@ def test_unequal_exciters_equations_33_35(name: str) -> None:
 
 def test_motors_too_different_do_not_synchronise() -> None:
     study = read_study("sperling-vibration/self-synchronisation-lost")
-    actual = summary_of(run(study.spec, study.subject))
+    actual = run(study.spec, study.subject).wucht.summary
     assert actual["outcome"] == "not-synchronised"
     assert actual["mean_speeds"]["e2"] - actual["mean_speeds"]["e1"] > 7.0
 
@@ -267,7 +266,7 @@ def test_exciters_that_turn_against_each_other_push_straight() -> None:
     """Opposite senses on a carrier free in x and y: they synchronise, and the sums of sines across the line cancel."""
     machine = exciters(directions="xy", stiffness=360.0)
     turned = load_document_with_sense(machine)
-    actual = summary_of(run(RunUp(until=200.0, start={"e1": {"speed": 12.0}, "e2": {"angle": 0.7, "speed": -12.0}}), turned))
+    actual = run(RunUp(until=200.0, start={"e1": {"speed": 12.0}, "e2": {"angle": 0.7, "speed": -12.0}}), turned).wucht.summary
     assert actual["outcome"] == "synchronised"
     assert actual["mean_speeds"]["e1"] == pytest.approx(-actual["mean_speeds"]["e2"], rel=1e-9)
 
@@ -285,7 +284,7 @@ def load_document_with_sense(machine: Machine) -> Machine:
 def test_balls_released_after_30_s_bild_4(name: str) -> None:
     study = read_study(f"sperling-vibration/{name}")
     result = run(study.spec, study.subject)
-    actual = summary_of(result)
+    actual = result.wucht.summary
     assert actual["outcome"] == "compensated"
     phases = sorted(math.degrees(p) for p in actual["final_phases"].values())
     gamma = math.degrees(math.acos(0.01 / (2 * 0.08 * 0.1)))  # (49): f_0/(2 f)

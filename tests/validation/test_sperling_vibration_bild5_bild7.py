@@ -11,7 +11,6 @@ come near them as 1/J_1. Bild 7: cases.md, and the equations (64)-(65) written d
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -20,7 +19,6 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
@@ -51,8 +49,8 @@ def folds_of_60() -> dict[str, tuple[float, float, float]]:
 def jumps_of(settings: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
     study = read_study("sperling-vibration/figure-5", settings)
     result = run(study.spec, study.subject)
-    summary = summary_of(result)
-    assert json.loads(result.attrs["warnings"]) == []
+    summary = result.wucht.summary
+    assert result.wucht.warnings == []
     assert summary["energy_residual"] < 1e-9
     assert all(j["fold"] for j in summary["jumps"])
     assert [j["direction"] for j in summary["jumps"]] == ["up", "down"]
@@ -118,7 +116,7 @@ def test_bild_7_comes_to_rest() -> None:
     in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12."""
     study = read_study("sperling-vibration/figure-7")
     result = run(study.spec, study.subject)
-    summary = summary_of(result)
+    summary = result.wucht.summary
     time = result.turn_time.values
     for at, mean in ((1000, 8.622), (2000, 3.968), (3000, 1.867)):
         assert result.mean_speed.values[np.abs(time - at) <= 10].mean() == pytest.approx(mean, rel=5e-4)

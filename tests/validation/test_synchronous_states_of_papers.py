@@ -30,7 +30,7 @@ Entry = dict[str, Any]
 
 def states(name: str, values: dict[str, float] | None = None, **question: Any) -> list[Entry]:
     result = run(SynchronousStates(**question), load_machine(name, values or {}))
-    summary = json.loads(result.attrs["summary"])
+    summary = result.wucht.summary
     assert summary["complete"], summary["shown"]
     entries: list[Entry] = summary["states"]
     return entries

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.results.accessor import register
 from wucht.results.store import to_json
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def answered(
     **more: Any,
 ) -> xr.Dataset:
     """The Dataset with its answer as attributes. sentence: in words. failure: why it is incomplete. more: other ones."""
+    register()
     dataset.attrs |= {
         "summary": to_json(dict(summary), indent=None),
         "sentence": sentence,
@@ -42,17 +44,11 @@ def answered(
 
 def assuming(result: xr.Dataset, statements: Sequence[str]) -> xr.Dataset:
     """The result with statements of what it assumes, beside those that it has."""
-    result.attrs["assumed"] = to_json([*assumed_of(result), *statements], indent=None)
+    result.attrs["assumed"] = to_json([*json.loads(result.attrs.get("assumed", "[]")), *statements], indent=None)
     return result
-
-
-def assumed_of(result: xr.Dataset) -> list[str]:
-    """What a result assumes, in statements; nothing of one that was written before they were."""
-    statements: list[str] = json.loads(result.attrs.get("assumed", "[]"))
-    return statements
 
 
 def summary_of(result: xr.Dataset) -> dict[str, Any]:
     """The summary of a result, as in the contract."""
-    summary: dict[str, Any] = json.loads(result.attrs["summary"])
+    summary: dict[str, Any] = result.wucht.summary
     return summary

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,65 @@ def formats(result: xr.Dataset, amplitude_unit: str = "m") -> tuple[Format, Form
 def in_lines(result: xr.Dataset, verdict: str, named: Iterable[tuple[str, str]]) -> list[str]:
     """The lines of a report: the title, the verdict, and what has a name each in a column beside it."""
     return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in named)]
+
+
+class ReportLines:
+    """The lines of a report, whose fields are numbers of the summary, written in the units of their quantities."""
+
+    _FIELD = re.compile(r"\{([\w.]+)(?::([^{}]*))?\}")
+
+    def __init__(self, result: xr.Dataset) -> None:
+        self._result = result.wucht
+        self._lines: list[tuple[str, str]] = []
+
+    def add(self, heading: str, line: str, table: Mapping[str, Any] | None = None, key: str = "", **texts: str) -> None:
+        """Add a line, unless a number that it has is None.
+
+        Parameters
+        ----------
+        heading : str
+            What stands in the column beside the line.
+        line : str
+            With fields: ``{breakdown.speed}``, a number of the summary by its path; ``{slip:%}``, a share in percent;
+            ``{turns:.3g}``, with its own format. Numbers of a mapping follow each other with their names.
+        table, key
+            Where fields are those of a table in the summary: the table, and its key there, from which their units are.
+        texts
+            What stands for fields of these names.
+        """
+        before = f"{key}." if key else ""
+        values: list[str | None] = []
+
+        def written(field: re.Match[str]) -> str:
+            path, form = field[1], field[2] or ""
+            if path in texts:
+                return texts[path]
+            value: Any = self._result.summary if table is None else table
+            for step in path.split("."):
+                value = value[step] if value is not None else None
+            values.append(self.written(value, self._result.unit_at(before + path), form))
+            return values[-1] or ""
+
+        text = self._FIELD.sub(written, line)
+        if None not in values:
+            self._lines.append((heading, text))
+
+    def written(self, value: Any, unit: str, form: str = "") -> str | None:
+        """A number with its unit, several by their names; None where there is none."""
+        if value is None or isinstance(value, str):
+            return value
+        if isinstance(value, Mapping):
+            return ", ".join(f"{name}: {self.written(v, unit, form)}" for name, v in value.items()) or "none"
+        if form.endswith("%"):
+            return f"{100 * value:{form[:-1] or '.3g'}} %"
+        base, per, order = unit.partition("/rad") if unit not in _WRITTEN else (unit, "", "")
+        if form or base not in _WRITTEN:
+            return f"{value:{form or ('.5g' if self._result.dimensionless else '.4g')}} {unit}".rstrip()
+        return f"{_WRITTEN[base](value)}{per}{_POWERS.get(order, order)}"
+
+    def report(self, verdict: str) -> list[str]:
+        """All lines, those with the title and the verdict first."""
+        return [self._result.title, f"verdict: {verdict}", *(f"  {heading:13}{line}" for heading, line in self._lines)]
 
 
 def percent(share: float, off: float = 0.0) -> str:
@@ -54,3 +114,7 @@ def _speed(value: float) -> str:
 
 def _length(value: float) -> str:
     return f"{value * 1e3:.4g} mm" if abs(value) >= 1e-5 else f"{value * 1e6:.3g} um"
+
+
+_POWERS = {"^2": "²", "^3": "³"}
+_WRITTEN: Mapping[str, Callable[[float], str]] = {"rad/s": _speed, "m": _length, "rad": _angle}

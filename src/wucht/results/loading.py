@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wucht.errors import InputError
+from wucht.results.accessor import register
 from wucht.results.integrity import unsealed
 from wucht.results.output_folder import latest
 from wucht.results.store import RESULT
@@ -27,6 +28,7 @@ def load(path: Path) -> xr.Dataset:
     import h5py
     import xarray as xr_
 
+    register()
     path = result_file(path)
     file = latest(path)
     if not file.is_file():

@@ -41,7 +41,7 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
         folder, result = file.parent, load(file) if file.exists() else None
     except InputError as error:
         raise error.within("--resume", ": ") from None
-    answered = None if result is None else untitled(json.loads(result.attrs["input"]))
+    answered = None if result is None else untitled(result.wucht.question)
     if result is not None and result.attrs["finished"] and answered == question:
         return result, []
     kept = questions_of(folder) or ([] if answered is None else [answered])

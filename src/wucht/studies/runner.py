@@ -17,8 +17,8 @@ import numpy as np
 
 from wucht.dynamics.work import Report, Work
 from wucht.errors import InputError, WuchtError
+from wucht.results.accessor import register
 from wucht.results.arranging import arrange
-from wucht.results.conventions import assumed_of
 from wucht.results.integrity import refusing_edited
 from wucht.results.loading import load as read_result
 from wucht.results.output_folder import NEW, claimed, commit
@@ -26,7 +26,6 @@ from wucht.results.page import PRINT, Page, made_for
 from wucht.results.provenance import provenance
 from wucht.results.sheet import state
 from wucht.results.store import RESULT, prepare_folder, return_free_memory, save, to_json
-from wucht.studies.accessor import register
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
@@ -147,11 +146,16 @@ def _answered(
     def result(findings: Any, finished: bool) -> xr.Dataset:
         return_free_memory()
         made: xr.Dataset = study.dataset(plan, findings)
-        own = [w for w in json.loads(made.attrs["warnings"]) if w not in subject_is.warnings]
-        made.attrs |= _common(spec, subject, subject_is, made) | provenance(question, clock.perf_counter() - begun)
-        made.attrs["warnings"] = to_json([*subject_is.warnings, *own, *notes], indent=None)
-        made.attrs["finished"] = int(finished and not made.attrs["failure"])
-        return made if document is None else made.assign_attrs(document=json.dumps(document, default=str))
+        own = [w for w in made.wucht.warnings if w not in subject_is.warnings]
+        return made.assign_attrs(
+            _common(spec, subject, subject_is, made)
+            | provenance(question, clock.perf_counter() - begun)
+            | {
+                "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
+                "finished": int(finished and not made.attrs["failure"]),
+            }
+            | ({} if document is None else {"document": json.dumps(document, default=str)})
+        )
 
     def save_unfinished(findings: Any) -> None:
         if folder is not None:
@@ -214,7 +218,7 @@ def _common(spec: Spec, subject: Any, about: Description, made: xr.Dataset) -> d
         "contents": to_json([str(name) for name in made.variables], indent=None),
         "title": about.title,
         "dimensionless": int(about.dimensionless),
-        "assumed": to_json([*assumptions(spec, subject), *assumed_of(made)], indent=None),
+        "assumed": to_json([*assumptions(spec, subject), *made.wucht.assumed], indent=None),
         "notes": to_json(list(about.notes), indent=None),
     }
 
@@ -236,7 +240,6 @@ def load(path: Path | str) -> xr.Dataset:
     InputError
         If there is no such file, or it is none of ours.
     """
-    register()
     return read_result(Path(path))
 
 
@@ -263,7 +266,7 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
         for tried in (page, *page.instead):
             with made_for(tried):
                 drawn: Figure = study.figure(result)
-                state(drawn, assumed_of(result))
+                state(drawn, result.wucht.assumed)
             if arrange(drawn).get_figheight() <= tried.tallest:
                 break
     return drawn
@@ -288,7 +291,7 @@ def report(result: xr.Dataset) -> list[str]:
     """
     with _study_of_result(result) as study:
         lines: list[str] = study.report(result)
-        assumed = "; ".join(assumed_of(result))
+        assumed = "; ".join(result.wucht.assumed)
     return [*lines, f"  assumed      {assumed}"] if assumed else lines
 
 
@@ -324,7 +327,8 @@ def _study_of_result(result: xr.Dataset) -> Iterator[Study]:
     kind, known = result.attrs.get("study"), studies()
     if kind not in known:
         raise InputError("study", kind, "there is no figure for this study")
-    missing = [n for n in json.loads(result.attrs.get("contents", '["contents"]')) if n not in result.variables]
+    contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
+    missing = [n for n in contents if n not in result.variables]
     if missing:
         raise InputError(kind, None, f"this is no complete result of this study: {', '.join(missing)} is missing")
     with refusing_edited(result):

@@ -19,7 +19,6 @@ from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -129,6 +128,6 @@ def test_the_energy_closes_whatever_its_size(share: float) -> None:
     ends = []
     for document in (ALONE, {"carrier": carrier, "bodies": [rotor], "drive": drive}):
         result = run(RunUp(until=2.0), machine_from(document))
-        assert summary_of(result)["energy_residual"] < 1e-11
+        assert result.wucht.summary["energy_residual"] < 1e-11
         ends.append(float(result.angle[0, -1]))
     assert ends[1] == pytest.approx(ends[0], abs=1e-8)

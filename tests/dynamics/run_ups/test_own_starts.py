@@ -12,7 +12,6 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.varied import check_together, start_states, varied_of, with_states
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.basin.spec import Basin
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -89,7 +88,7 @@ def test_a_run_up_stores_them_from_their_start_on() -> None:
     assert lining.values[0] == 1e-4
     # The drawn lining pushes with F/2 on the spring's 1e4 N/m: the carrier turns back where both balance.
     assert float(result.displacement.min()) < -BUILD_UP / 4
-    assert summary_of(result)["energy_residual"] < 1e-9
+    assert result.wucht.summary["energy_residual"] < 1e-9
 
 
 def test_they_are_start_states_of_maps() -> None:
@@ -111,7 +110,7 @@ def test_they_are_start_states_of_maps() -> None:
 def test_a_map_over_both_of_them() -> None:
     axes = {"drive.integral": ["-4 N m", "4 N m", 2], "left.lining": ["-0.1 mm", "0.1 mm", 2]}
     result = run(Basin(axes=axes, until=2.0), machine(bodies=[drum() | {"eccentricity": 1e-3}]))
-    assert sum(summary_of(result)["fractions"].values()) == pytest.approx(1.0)
+    assert sum(result.wucht.summary["fractions"].values()) == pytest.approx(1.0)
 
 
 def test_a_map_refuses_what_no_lining_has() -> None:

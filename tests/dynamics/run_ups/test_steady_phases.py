@@ -12,7 +12,6 @@ import xarray as xr
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.response.spec import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
@@ -31,35 +30,35 @@ def r1() -> xr.Dataset:
 
 
 def stable_speeds(balance: xr.Dataset) -> list[float]:
-    return [p["speed"] for p in summary_of(balance)["working_points"] if p["stable"] and not p["overlapping"]]
+    return [p["speed"] for p in balance.wucht.summary["working_points"] if p["stable"] and not p["overlapping"]]
 
 
 @pytest.mark.slow
 def test_the_laundry_drum_runs_where_it_runs_up_to(drum: xr.Dataset) -> None:
     """126.1 rad/s, and not the 115.8 rad/s of balls that are all in the place where they add up."""
     assert stable_speeds(drum) == pytest.approx([126.1687], rel=1e-6)
-    assert summary_of(drum)["sentence"].startswith("one working point, stable: compensating")
+    assert drum.wucht.summary["sentence"].startswith("one working point, stable: compensating")
 
 
 @pytest.mark.slow
 def test_the_run_up_of_the_laundry_drum_settles_there(drum: xr.Dataset) -> None:
     machine = load_machine("practice/laundry-drum")
     start = {f"b{i + 1}": angle for i, angle in enumerate(np.radians([0, 60, 120, 180, 240, 300]))}
-    final = summary_of(run(RunUp(settled=True, start=start), machine))
+    final = run(RunUp(settled=True, start=start), machine).wucht.summary
     assert final["outcome"] == "compensated"
     assert stable_speeds(drum) == pytest.approx([final["final_speed"]], rel=1e-3)
 
 
 def test_the_run_up_of_r1_settles_there(r1: xr.Dataset) -> None:
     machine = load_machine("drozdetskaya-2020/r1-u80")
-    final = summary_of(run(RunUp(until=10.0, start={"p1": 2.5, "p2": -2.3}), machine))
+    final = run(RunUp(until=10.0, start={"p1": 2.5, "p2": -2.3}), machine).wucht.summary
     assert final["outcome"] == "compensated"
     assert stable_speeds(r1) == pytest.approx([final["final_speed"]], rel=1e-4)
 
 
 def test_working_points_are_the_synchronous_states(r1: xr.Dataset) -> None:
-    states = summary_of(run(SynchronousStates(full=False), load_machine("drozdetskaya-2020/r1")))["states"]
-    points = summary_of(r1)["working_points"]
+    states = run(SynchronousStates(full=False), load_machine("drozdetskaya-2020/r1")).wucht.summary["states"]
+    points = r1.wucht.summary["working_points"]
     assert [p["speed"] for p in points] == pytest.approx(sorted(s["speed"] for s in states), rel=1e-12)
     by_speed = sorted(states, key=lambda s: s["speed"])
     assert [p["stable"] for p in points] == [s["stable_slow"] for s in by_speed]
@@ -69,7 +68,7 @@ def test_working_points_are_the_synchronous_states(r1: xr.Dataset) -> None:
 
 
 def test_each_point_lies_on_the_curve_of_its_configuration(r1: xr.Dataset) -> None:
-    for p in summary_of(r1)["working_points"]:
+    for p in r1.wucht.summary["working_points"]:
         on = r1.surplus_torque.values[r1.configuration_name.values == p["configuration"]]
         change = [np.diff(np.sign(curve)) for curve in on]
         crossing = [r1.speed.values[np.flatnonzero(np.nan_to_num(c))] for c in change]
@@ -95,7 +94,7 @@ def test_the_figure_where_bodies_would_overlap(drum: xr.Dataset) -> None:
 
 def test_the_response_of_stable_bodies() -> None:
     result = run(Response(), load_machine("drozdetskaya-2020/r1"))
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["amplitude_at_free_speed"] == 0.0
     assert s["configurations_at_free_speed"] == ["compensating"]
     assert "bodies stable there: compensating" in s["sentence"]
@@ -103,7 +102,7 @@ def test_the_response_of_stable_bodies() -> None:
     assert s["peak_amplitude"] == np.nanmax(stable)
     at = np.unravel_index(np.nanargmax(stable), stable.shape)[1]
     assert (s["peak_speed"], s["peak_speed"]) == (result.speed.values[at], pytest.approx(77.345, abs=1e-2))
-    held = summary_of(run(Response(bodies="held"), load_machine("drozdetskaya-2020/r1")))
+    held = run(Response(bodies="held"), load_machine("drozdetskaya-2020/r1")).wucht.summary
     assert held["peak_amplitude"] > 2 * s["peak_amplitude"]
     assert len(draw(result).axes) == 4
     assert "where balancing bodies are in stable steady phases" in "\n".join(report(result))
@@ -123,7 +122,7 @@ def test_the_torque_on_bodies_in_steady_phases_is_zero() -> None:
 def test_machines_without_known_phases_are_held_and_it_is_said() -> None:
     switchable = load_machine("practice/laundry-drum-switchable")
     result = run(TorqueBalance(), switchable)
-    assert summary_of(result)["bodies"] == "held"
+    assert result.wucht.summary["bodies"] == "held"
     assert "balancing bodies are held, as their steady phases are not computed" in result.attrs["warnings"]
     with refused("study.bodies", "held", given="steady", code="slider"):
         run(TorqueBalance(bodies="steady"), switchable)

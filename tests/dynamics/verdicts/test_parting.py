@@ -7,7 +7,6 @@ import pytest
 
 from wucht.dynamics.verdicts.parting import _until_apart
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -35,7 +34,7 @@ def test_a_modulation_in_which_the_pendulums_part_slowly_is_not_the_end(u: float
     """Beyond u = 3.08 it is not stable: here the pendulums have parted, and compensate, after 14,800 units of time."""
     machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"u": u})
     result = run(RunUp(settled=True, start=NEAR_ITS_LOSS, model="slow"), machine)
-    assert summary_of(result)["outcome"] == outcome
-    early = summary_of(run(RunUp(until=5000.0, start=NEAR_ITS_LOSS, model="slow"), machine))
+    assert result.wucht.summary["outcome"] == outcome
+    early = run(RunUp(until=5000.0, start=NEAR_ITS_LOSS, model="slow"), machine).wucht.summary
     assert early["outcome"] == ("unidentified" if outcome == "compensated" else outcome)
     assert outcome != "compensated" or 14_800 < float(early["advice"].split("until ")[1]) < 100_000

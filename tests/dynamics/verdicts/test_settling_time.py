@@ -13,7 +13,6 @@ from wucht.dynamics.verdicts.outcomes import AMPLITUDE_TOLERANCE, Outcome
 from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.report import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -76,7 +75,7 @@ def test_the_amplitude_settles_later_than_the_speed(damping: float) -> None:
         "drive": {"kind": "constant-speed", "speed": speed},
     })  # fmt: skip
     result = run(RunUp(until=8.0), machine)
-    summary = summary_of(result)
+    summary = result.wucht.summary
     t = np.linspace(0.0, 8.0, 400_001)
     decay = damping / (2 * mass)
     natural = math.sqrt(stiffness / mass - decay**2)
@@ -102,7 +101,7 @@ def test_where_a_ball_lags_only_the_speed_has_settled() -> None:
         "drive": {"on": "d", "kind": "constant-speed", "speed": 300.0},
     })  # fmt: skip
     result = run(RunUp(until=20.0, start={"p": {"angle": 0.3, "speed": 90.0}}), machine)
-    summary = summary_of(result)
+    summary = result.wucht.summary
     assert summary["outcome"] == "balancer-captured"
     assert summary["amplitude_settling_time"] is None
     assert summary["max_amplitude"] > (1 + 2 * AMPLITUDE_TOLERANCE) * summary["min_amplitude"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from interrupting import assert_same, stop_at, stopped_often
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.activation.prepare import prepare
 from wucht.studies.activation.spec import Activation
 from wucht.studies.run_up.spec import RunUp
@@ -36,7 +34,7 @@ def drum(mass: float) -> dict[str, Any]:
 def test_each_variant_is_the_run_up_of_its_machine() -> None:
     """Rigid: 0.75 kg with 0.013 kg m and 0.01 + 0.25 0.104^2 kg m^2 each, by hand; none: 10 kg. Peaks to the last digits."""
     given = SHORT | {"phases": 2, "activation_speeds": [120.0, 150.0]}
-    s = summary_of(ask(Activation(**given), MACHINE))
+    s = ask(Activation(**given), MACHINE).wucht.summary
     rigid = [
         {
             "kind": "pendulum",
@@ -55,9 +53,11 @@ def test_each_variant_is_the_run_up_of_its_machine() -> None:
     early = MACHINE.with_values({f"{n}.preload": 0.25 * 0.052 * 120.0**2 for n in ("p1", "p2")})
 
     def peaks(machine: Any) -> list[float]:
-        return [summary_of(ask(RunUp(until="1.5 s", start=start), machine))["peak_amplitude"] for start in starts]
+        return [ask(RunUp(until="1.5 s", start=start), machine).wucht.summary["peak_amplitude"] for start in starts]
 
-    assert s["none"]["peak_amplitude"] == pytest.approx(summary_of(ask(RunUp(until="1.5 s"), bare))["peak_amplitude"], rel=1e-9)
+    assert s["none"]["peak_amplitude"] == pytest.approx(
+        ask(RunUp(until="1.5 s"), bare).wucht.summary["peak_amplitude"], rel=1e-9
+    )
     for group, machine in ((s["rigid"][0], hand), (s["switchable"][0], early), (s["switchable"][1], MACHINE)):
         assert group["peak_amplitude"] == pytest.approx(max(peaks(machine)), rel=1e-6)
     assert [g["activation_speed"] for g in s["switchable"]] == pytest.approx([120.0, 150.0])
@@ -87,7 +87,7 @@ def test_what_is_missing_is_told(tmp_path: Path) -> None:
     question = Activation(until="0.2 s", orientations=[0.5, 1.0], phases=2)
     part = ask(question, MACHINE, folder=tmp_path, progress=stop_at(6))
     assert not part.attrs["finished"]
-    assert any("runs are missing" in w for w in json.loads(part.attrs["warnings"]))
+    assert any("runs are missing" in w for w in part.wucht.warnings)
     assert np.isnan(part.peak.values).any()
     draw(part)
     report(part)
@@ -126,7 +126,7 @@ def test_pendulums_that_never_open_and_those_that_open_again_and_again_are_told(
     result = ask(
         Activation(**SHORT | {"until": "0.4 s", "variants": ["switchable"], "activation_speeds": [105.0, 180.0]}), MACHINE
     )
-    s, warnings = summary_of(result), json.loads(result.attrs["warnings"])
+    s, warnings = result.wucht.summary, result.wucht.warnings
     assert s["switchable"][1]["peak_after"] is None
     assert s["switchable"][1]["orientations_at_activation"] == [None]
     assert s["pendulums"][0]["stays_open"] == [False, True]
@@ -149,7 +149,7 @@ def test_figure_and_report_tell_what_was_run(tmp_path: Path) -> None:
     names = [t.get_text() for axis in drawn.axes for t in axis.get_legend().get_texts()]
     assert {"without pendulums", "switchable, 180°", "balanced, 45°", "rigid, 45°", "switchable", "rigid"} <= set(names)
     curve = next(line for line in left.get_lines() if line.get_label() == "rigid, 45°")
-    assert 1e-3 * max(curve.get_ydata()) == pytest.approx(summary_of(result)["rigid"][0]["peak_amplitude"], rel=0.05)
+    assert 1e-3 * max(curve.get_ydata()) == pytest.approx(result.wucht.summary["rigid"][0]["peak_amplitude"], rel=0.05)
     lines = report(result)
     assert any(line.startswith("  p1, p2") and "opens at 150 rad/s" in line for line in lines)
     assert sum(line.startswith("  switchable") for line in lines) == 2

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
@@ -28,7 +27,7 @@ def ran(name: str) -> xr.Dataset:
 
 
 def numbers(name: str) -> dict[str, Any]:
-    summary = summary_of(ran(name))
+    summary = ran(name).wucht.summary
     assert summary["energy_residual"] < 5e-11
     return summary
 

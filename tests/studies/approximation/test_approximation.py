@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -20,7 +19,6 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.approximation import comparison as comparison_module
 from wucht.studies.approximation import order as order_module
 from wucht.studies.approximation import run as run_module
@@ -42,7 +40,7 @@ def ask(**keys: Any) -> Approximation:
 
 def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
     result = run(ask(**keys), machine)
-    return result, summary_of(result)
+    return result, result.wucht.summary
 
 
 def measured(machine: Machine, **keys: Any) -> Errors:
@@ -146,7 +144,7 @@ def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) ->
     assert summary["order_of_error"] is None
     assert summary["trusted"] is not True
     assert summary["own"]["speed"] > 0
-    assert any("schedules" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("schedules" in w for w in result.wucht.warnings)
 
 
 def test_machines_without_slow_equations_are_refused() -> None:
@@ -173,7 +171,7 @@ def test_trusted(rotor: Machine) -> None:
     assert largest == pytest.approx(result.speed_deviation.values, rel=0.02)
     assert (largest <= result.speed_deviation.values * (1 + 1e-12)).all()
     assert result.attrs["finished"] == 1
-    assert not json.loads(result.attrs["warnings"])
+    assert not result.wucht.warnings
 
 
 @pytest.mark.slow
@@ -322,7 +320,7 @@ def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.Monkey
     assert summary["deviations"][0]["speed"] is None
     assert summary["deviations"][0]["outcome"] == summary["deviations"][0]["slow_outcome"] == "failed"
     assert summary["disagreement"] == [[1.0, 1.0]]
-    assert json.loads(result.attrs["warnings"]) == ["u = 1: the step became too small"]
+    assert result.wucht.warnings == ["u = 1: the step became too small"]
     assert not result.attrs["failure"]
     assert result.attrs["finished"] == 1
 
@@ -346,14 +344,14 @@ def stopping_in(part: float) -> Callable[[float, str], None]:
 @pytest.mark.parametrize("done", [0, 1, 2, 3])
 def test_ctrl_c_leaves_a_valid_result(rotor: Machine, done: int) -> None:
     result = run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=stopping_in(done))
-    summary = summary_of(result)
+    summary = result.wucht.summary
     assert result.attrs["finished"] == 0
     assert result.sizes["value"] == done
     assert summary["trusted"] is None
     assert summary["reasons"] == ["it was interrupted before this was decided"]
     assert (summary["own"] is None) == (done == 0)
     assert [d["u"] for d in summary["deviations"]] == [1.0, 2.0][: max(done - 1, 0)]
-    progress, interrupted = json.loads(result.attrs["warnings"])
+    progress, interrupted = result.wucht.warnings
     assert progress == f"{max(done - 1, 0)} of 2 values are compared"
     assert interrupted.startswith("interrupted")
     assert len(draw(result).axes) == 2 + (result.sizes["value"] > 1), "no panels of what is not there yet"
@@ -395,7 +393,7 @@ def test_resumed_it_is_the_uninterrupted_one(
     # The parts of the order are as long as their runs: 1, 2, 4 and 8 of 15.
     assert factors == ([0.125] if part == 3.5 else list(FACTORS))
     whole = run(question, rotor)
-    assert summary_of(result) == summary_of(whole)
+    assert result.wucht.summary == whole.wucht.summary
     assert list(result.variables) == list(whole.variables)
     for name in whole.variables:
         assert np.array_equal(result[name], whole[name], equal_nan=whole[name].dtype.kind == "f"), name

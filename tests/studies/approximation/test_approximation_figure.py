@@ -12,7 +12,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.runner import draw, run
 
@@ -43,7 +42,7 @@ def test_labels_are_not_longer_than_their_panels(sigma: xr.Dataset) -> None:
     other = sigma.copy()
     for name in ("speed_over_angle", "speed_deviation", "error"):
         other[name].attrs["units"] = "rad/s"
-    summary = json.loads(other.attrs["summary"]) | {"speeds_of": "the bodies"}
+    summary = other.wucht.summary | {"speeds_of": "the bodies"}
     other.attrs = other.attrs | {"summary": json.dumps(summary)}
     figure = draw(other)
     FigureCanvasAgg(figure).draw()
@@ -101,7 +100,7 @@ def test_points_that_end_differently_are_open(sigma: xr.Dataset) -> None:
 
 def test_no_parameter_and_no_order() -> None:
     result = answer().isel(factor=slice(0, 0))
-    summary = summary_of(result) | {"order_of_error": None}
+    summary = result.wucht.summary | {"order_of_error": None}
     assert len(draw(result.assign_attrs(summary=json.dumps(summary))).axes) == 2, "no panels of what there is not"
 
 

@@ -17,7 +17,6 @@ from wucht.dynamics.sampling.label_maps import at_border
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.results.series import save_csv
 from wucht.studies.basin import run as running
 from wucht.studies.basin.map_axes import VARIABLES
@@ -50,7 +49,7 @@ def test_the_map_has_each_cell_where_it_belongs(monkeypatch: pytest.MonkeyPatch)
     assert np.array_equal(words(result) == "compensated", spiral(psi, delta))
     assert np.allclose(result.settling_time, 100 + psi + delta)
     assert np.allclose(result.peak_amplitude, psi)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["fractions"] == {
         "compensated": pytest.approx(spiral(psi, delta).mean()),
         "captured": pytest.approx(1 - share_of(s)),
@@ -69,7 +68,7 @@ def test_refined_borders_are_those_of_the_dense_map(monkeypatch: pytest.MonkeyPa
     assert np.array_equal(refined.refined_outcome.values, dense.outcome.values)
     assert np.array_equal(refined.refined_psi, dense.psi)
     assert np.array_equal(refined.outcome, asked(monkeypatch).outcome)
-    s, of_dense = summary_of(refined), summary_of(dense)
+    s, of_dense = refined.wucht.summary, dense.wucht.summary
     assert s["fractions"] == of_dense["fractions"]
     assert s["uncertainty"] == of_dense["uncertainty"]
     assert s["runs"] < 0.25 * s["runs_of_dense_map"]
@@ -101,7 +100,7 @@ def test_uncertainty_covers_what_is_off(monkeypatch: pytest.MonkeyPatch) -> None
     true = spiral(*np.meshgrid(2 * math.pi * at, math.pi * at)).mean()
     off, said = [], []
     for cells in (16, 32, 64):
-        s = summary_of(asked(monkeypatch, axes={"psi": [0.0, 2 * math.pi, cells], "delta": [0.0, math.pi, cells]}))
+        s = asked(monkeypatch, axes={"psi": [0.0, 2 * math.pi, cells], "delta": [0.0, math.pi, cells]}).wucht.summary
         off.append(abs(share_of(s) - true))
         said.append(s["uncertainty"]["compensated"])
         assert s["bound"]["compensated"] > said[-1]
@@ -115,7 +114,7 @@ def test_it_is_told_and_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lines[1].startswith("verdict: captured ")
     assert "±" in lines[1]
     assert any("32 x 16 cells over psi and delta, at the borders halved to those of 64 x 32" in line for line in lines)
-    warnings = json.loads(result.attrs["warnings"])
+    warnings = result.wucht.warnings
     assert any("the run at psi = 0.0981748, delta = 3.04342 failed: it is a test" in w for w in warnings)
     drawn = draw(result)
     labels = [t.get_text() for t in drawn.axes[0].get_xticklabels()]
@@ -179,7 +178,7 @@ def test_an_axis_is_no_variable_of_the_map() -> None:
 def test_nothing_but_one_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     """No border: nothing is halved, and the share is certain."""
     result = asked(monkeypatch, lambda psi, delta: psi > 100, refine=3)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert (s["runs"], s["fractions"], s["uncertainty"]) == (512, {"captured": 1.0}, {"captured": 0.0})
     assert result.refined_outcome.shape == (128, 256)
     assert "captured 100 %" in report(result)[1]
@@ -218,7 +217,7 @@ def test_bodies_that_would_overlap_are_no_start(monkeypatch: pytest.MonkeyPatch)
     apart = between(*np.meshgrid(result.b1, result.b2))
     assert np.array_equal(words(result) == "failed", apart < width)
     assert min(seen) >= width
-    warnings = json.loads(result.attrs["warnings"])
+    warnings = result.wucht.warnings
     assert any("failed: 'b1' and 'b2' of the track 'ring' overlap" in w for w in warnings)
     assert any(f"{(apart < width).sum() - 3} more runs failed" in w for w in warnings)
 
@@ -242,7 +241,7 @@ def test_each_cell_ends_as_its_run_up(
         place = {n: float(result[n][k]) for n, k in zip(axes, (column, row), strict=True)}
         values = {n: v for n, v in place.items() if n in machine.parameters}
         start = {n: v for n, v in place.items() if n not in values}
-        alone = summary_of(ask(RunUp(start=start, model=model, tolerance=1e-10), machine.with_values(values)))
+        alone = ask(RunUp(start=start, model=model, tolerance=1e-10), machine.with_values(values)).wucht.summary
         assert found[row, column] == alone["outcome"], place
         assert float(result.peak_amplitude[row, column]) == pytest.approx(alone["peak_amplitude"], rel=near), place
 
@@ -253,7 +252,7 @@ def test_figure_5_10_on_a_coarse_grid() -> None:
     coarse = {"study.axes.psi": [0.0, 2 * math.pi, 16], "study.axes.delta": [0.0, math.pi, 16]}
     study = read_study("drozdetskaya-2020/figure-5.10", coarse)
     result = ask(study.spec, study.subject)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert set(s["fractions"]) == {"compensated", "captured"}
     assert abs(share_of(s) - 0.0396) < s["uncertainty"]["compensated"] + 0.002
     assert s["uncertainty"]["compensated"] < 0.04
@@ -269,7 +268,7 @@ def test_figure_5_10_on_a_coarse_grid() -> None:
 def test_shares_of_figure_5_10(u: float, share: float) -> None:
     """On 64 x 64 cells, averaged equations."""
     study = read_study("drozdetskaya-2020/figure-5.10", {"u": u})
-    s = summary_of(ask(study.spec, study.subject))
+    s = ask(study.spec, study.subject).wucht.summary
     assert share_of(s) == pytest.approx(share, abs=0.002)
 
 
@@ -279,7 +278,7 @@ def test_shares_in_the_full_equations(u: float, share: float) -> None:
     """On 32 x 32 cells; the last digit printed, half a cell at the border of two dozen cells."""
     grid = {"study.axes.psi": [0.0, 2 * math.pi, 32], "study.axes.delta": [0.0, math.pi, 32], "study.model": "full"}
     study = read_study("drozdetskaya-2020/figure-5.10", grid | {"u": u})
-    assert share_of(summary_of(ask(study.spec, study.subject))) == pytest.approx(share, abs=0.002)
+    assert share_of(ask(study.spec, study.subject).wucht.summary) == pytest.approx(share, abs=0.002)
 
 
 @pytest.mark.slow
@@ -297,4 +296,4 @@ def test_refined_as_the_dense_map_of_figure_5_10() -> None:
         )
     )
     assert (refined.refined_outcome.values != dense.outcome.values).mean() < 1e-3
-    assert summary_of(refined)["runs"] < 0.2 * summary_of(refined)["runs_of_dense_map"]
+    assert refined.wucht.summary["runs"] < 0.2 * refined.wucht.summary["runs_of_dense_map"]

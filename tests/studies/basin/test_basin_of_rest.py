@@ -3,7 +3,6 @@
 import pytest
 from benchmarks.verdicts import MACHINES, Tried
 
-from wucht.results.conventions import summary_of
 from wucht.studies.basin.spec import Basin
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.runner import run
@@ -28,13 +27,13 @@ def test_all_starts_compensate_at_the_default_tolerance(of: Tried, until: float 
     cells = 6 if request.node.get_closest_marker("slow") else 2
     basin = Basin(axes={"p1": [*TURN, cells], "p2": [*TURN, cells]}, until=until)
     assert basin.tolerance == 1e-6
-    assert summary_of(run(basin, of.machine()))["fractions"] == {"compensated": 1.0}
+    assert run(basin, of.machine()).wucht.summary["fractions"] == {"compensated": 1.0}
 
 
 @pytest.mark.slow
 def test_so_does_capture_probability() -> None:
     random = {name: {"uniform": TURN} for name in ("p1", "p2")}
     asked = CaptureProbability(along="drive.voltage", range=["40 V", "44 V"], points=2, samples=64, random=random, until=240.0)
-    summary = summary_of(run(asked, SERIES.machine()))
+    summary = run(asked, SERIES.machine()).wucht.summary
     assert [p["estimate"] for p in summary["probability"]] == [1.0, 1.0]
     assert all(p["low"] > 0.9 for p in summary["probability"])

@@ -15,7 +15,6 @@ import pytest
 
 from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_basins import MACHINE, TURN, counted, engine, spiral
-from wucht.results.conventions import summary_of
 from wucht.studies.basin import run as running
 from wucht.studies.basin.spec import Basin
 from wucht.studies.runner import draw, load, report
@@ -37,7 +36,7 @@ def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
     assert reports == sorted(reports)
     assert reports[-1] == 1.0
     once = len(starts)
-    assert once == summary_of(whole)["runs"]
+    assert once == whole.wucht.summary["runs"]
     assert len(set(starts)) == once
     starts.clear()
     assert_same(whole, stopped_often(QUESTION, MACHINE, tmp_path, first=8, further=11))
@@ -53,7 +52,7 @@ def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path, 
     assert known.ravel()[:200].all()
     assert np.array_equal(result.outcome.values[known], whole.outcome.values[known])
     assert np.isnan(result.settling_time.values[~known]).all()
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["missing"] == pytest.approx(312 / 512)
     assert sum(s["fractions"].values()) == pytest.approx(200 / 512)
     assert "312 of the 512 cells of the map are not computed; the shares are of all cells" in json.loads(
@@ -136,4 +135,4 @@ def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(running, "outcomes_of", counted)
     monkeypatch.setattr(running, "_TILE", 20)
     assert_same(whole, ask(question, MACHINE, folder=tmp_path, resume=True))
-    assert 0 < sum(members) < summary_of(whole)["runs"]
+    assert 0 < sum(members) < whole.wucht.summary["runs"]

@@ -1,6 +1,5 @@
 """The study cam-correction: numbers before and after, the proof from the points, what is left, its file and its Dataset."""
 
-import json
 import math
 
 import numpy as np
@@ -145,8 +144,8 @@ def test_the_pressure_angle_is_judged_as_in_a_cam_contour(template):
     steep = answered(CamCorrection(points=36), follower=follower)
     drive = drive_from({"law": LAW_TABLE, "speed": SPEED, "follower": follower}, "drive", None)
     contour = wucht.run(wucht.CamContour(points=16, chord_tolerance="1 mm", spacing="1 m", corrected=True), drive)
-    (said,) = (w for w in json.loads(steep.attrs["warnings"]) if "pressure angle" in w)
-    (there,) = (w for w in json.loads(contour.attrs["warnings"]) if "pressure angle" in w)
+    (said,) = (w for w in steep.wucht.warnings if "pressure angle" in w)
+    (there,) = (w for w in contour.wucht.warnings if "pressure angle" in w)
     assert there in said
     assert 'study.kind = "cam-contour"' in said
     assert steep.wucht.summary["max_pressure_angle"] == pytest.approx(contour.wucht.summary["max_pressure_angle"], rel=1e-12)
@@ -229,7 +228,7 @@ def test_few_points_are_told():
     result = answered(CamCorrection(points=48), law=law, follower=follower)
     assert result.wucht.summary["recovered"]["cam"] > 1e-9
     assert "which more points make cleaner" in result.attrs["sentence"]
-    (warning,) = [w for w in json.loads(result.attrs["warnings"]) if w.startswith("Chords between 48 points")]
+    (warning,) = [w for w in result.wucht.warnings if w.startswith("Chords between 48 points")]
     needed = int(warning.split("points = ")[1].split(",")[0])
     enough = answered(CamCorrection(points=needed), law=law, follower=follower)
     assert "Chords" not in enough.attrs["warnings"]

@@ -1,6 +1,5 @@
 """The study cam-prediction: its numbers against integration and closed forms, every drive, what is refused, springs, files."""
 
-import json
 import math
 from dataclasses import asdict
 from types import SimpleNamespace
@@ -80,7 +79,7 @@ def test_the_eigenmotion_is_that_of_the_cases(eigenmotion):
     assert s["driven"] == "eigenmotion"
     assert eigenmotion.attrs["sentence"].startswith("CLEAN on a shaft that fluctuates by 5.78 %: ")
     assert not eigenmotion.drive_power.values.any()
-    assert json.loads(eigenmotion.attrs["warnings"]) == []
+    assert eigenmotion.wucht.warnings == []
 
 
 def test_the_eigenmotion_keeps_its_energy(eigenmotion):
@@ -288,7 +287,7 @@ def test_the_inertia_ratio_warns():
     ask = wucht.CamPrediction(cuts=3, simulate=0, points=16)
     heavy = wucht.run(ask, drive(mean_speed=OMEGA, output_inertia=30.0))
     assert heavy.wucht.summary["inertia_ratio"] == pytest.approx(0.567, abs=1e-3)
-    (said,) = json.loads(heavy.attrs["warnings"])
+    (said,) = heavy.wucht.warnings
     assert "converges slowly" in said
     assert heavy.wucht.summary["contraction"] > 0.4
     with failed("comes-to-rest", "2", "3", "1.29"):

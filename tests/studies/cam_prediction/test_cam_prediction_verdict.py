@@ -1,6 +1,5 @@
 """The verdict of cam-prediction: shafts that stand, simulations that differ or do not end, shafts that twist."""
 
-import json
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -117,7 +116,7 @@ def test_a_sharp_cam_is_simulated_as_it_is_predicted(shaft):
     assert s["simulation"]["corrected"]["above"] < 2e-9
     assert s["verdict"] == "clean"
     assert s["sentence"].startswith("CLEAN on")
-    assert not any("simulation" in said for said in json.loads(result.attrs["warnings"]))
+    assert not any("simulation" in said for said in result.wucht.warnings)
 
 
 def predicted(inertia=20.0, torque=None):
@@ -239,7 +238,7 @@ def test_where_one_cam_has_no_motion_on_the_shaft_that_twists_the_others_are_sti
     assert s["verdict"] == "not clean"
     none = "no periodic motion was found with the cam corrected for a rigid shaft"
     assert s["sentence"].endswith(f"{none}, corrected for the twist too it leaves nothing")
-    first, second = (told for told in json.loads(result.attrs["warnings"]) if told.startswith("on the shaft that twists"))
+    first, second = (told for told in result.wucht.warnings if told.startswith("on the shaft that twists"))
     assert "original cam: at 52.3599 rad/s the cam would have to stand still" in first
     assert "corrected cam: no periodic motion" in second
     assert wucht.draw(result)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +16,6 @@ from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.capture_probability import run as running
 from wucht.studies.capture_probability.prepare import prepare
 from wucht.studies.capture_probability.spec import CaptureProbability
@@ -56,7 +54,7 @@ def test_each_band_holds_the_probability(monkeypatch: pytest.MonkeyPatch) -> Non
     assert ((result.low <= result.estimate) & (result.estimate <= result.high)).all()
     assert float((result.high - result.low).max()) < 0.04
     assert not result.not_identified.values.any()
-    s = summary_of(result)
+    s = result.wucht.summary
     assert (s["runs"], s["smallest"], s["searched"]) == (5 * 256, None, 0)
     assert s["probability"][2] == {
         "u": 3.0,
@@ -72,7 +70,7 @@ def test_each_band_holds_the_probability(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_the_wanted_probability_is_searched_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """0.6 is reached at u = 3.4: the value found is above that by no more than the band is wide, to 0.001 of the range."""
     result = asked(monkeypatch, probability=0.6)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert 3.4 < s["smallest"] < 3.4 + 4 * 0.04
     assert s["searched"] == result.searched.values.sum() == 8
     at = result.parameter.values.tolist()
@@ -111,7 +109,7 @@ def test_where_there_is_none_it_says_why(
     inside: Region, smallest: float | None, says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = asked(monkeypatch, inside, probability=0.9, samples=64)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert (s["smallest"], s["searched"]) == (smallest, 0)
     assert says in s["sentence"]
     assert says in report(result)[1]
@@ -139,7 +137,7 @@ def test_runs_without_a_verdict_are_counted_neither_way(monkeypatch: pytest.Monk
     assert open_.estimate.values[2] == pytest.approx(0.5 / 0.8, abs=0.02)
     assert open_.estimate.values[-1] == 1.0
     assert float(open_.low[-1]) < 0.81
-    warnings = json.loads(open_.attrs["warnings"])
+    warnings = open_.wucht.warnings
     assert any(
         "of the runs (at u = 1) have no verdict: they may be counted or not, and the band is wider" in w for w in warnings
     )
@@ -155,7 +153,7 @@ def test_where_no_run_has_a_verdict_nothing_is_known(monkeypatch: pytest.MonkeyP
     result = asked(monkeypatch, fail=lambda share, u: share < 2 + 0 * u, samples=64, probability=0.5)
     assert np.isnan(result.estimate).all()
     assert (float(result.low[0]), float(result.high[0])) == (0.0, 1.0)
-    assert summary_of(result)["probability"][0]["estimate"] is None
+    assert result.wucht.summary["probability"][0]["estimate"] is None
     assert "not known (0 to 100 %)" in "\n".join(report(result))
     draw(result)
 
@@ -163,7 +161,7 @@ def test_where_no_run_has_a_verdict_nothing_is_known(monkeypatch: pytest.MonkeyP
 def test_what_is_counted_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     through, held = asked(monkeypatch), asked(monkeypatch, outcome="captured")
     assert through.estimate.values == pytest.approx(1 - held.estimate.values)
-    assert summary_of(held)["outcome"] == ["captured"]
+    assert held.wucht.summary["outcome"] == ["captured"]
     both = asked(monkeypatch, outcome=["captured", "compensated"])
     assert (both.estimate == 1.0).all()
 
@@ -171,7 +169,7 @@ def test_what_is_counted_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_which_quantity_matters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     """Only psi does."""
     result = asked(monkeypatch, sensitivity=True, at=2.5, sensitivity_samples=128)
-    s = summary_of(result)["sensitivity"]
+    s = result.wucht.summary["sensitivity"]
     assert (s["at"], s["runs"], s["used"]) == (2.5, 128 * 4, [128, 128])
     assert s["indices"]["psi"]["total"] == pytest.approx(1.0, abs=0.15)
     assert s["indices"]["delta"] == {"first_order": 0.0, "first_order_off": 0.0, "total": 0.0, "total_off": 0.0}
@@ -181,8 +179,8 @@ def test_which_quantity_matters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) 
     drawn = draw(result)
     assert [t.get_text() for t in drawn.axes[1].get_yticklabels()] == ["psi", "delta"]
     nothing = asked(monkeypatch, sensitivity=True, at=5.0, samples=64)
-    assert summary_of(nothing)["sensitivity"]["indices"] is None
-    assert any("all runs with a verdict end alike" in w for w in json.loads(nothing.attrs["warnings"]))
+    assert nothing.wucht.summary["sensitivity"]["indices"] is None
+    assert any("all runs with a verdict end alike" in w for w in nothing.wucht.warnings)
     assert len(draw(nothing).axes) == 1
     assert "nothing matters" in "\n".join(report(nothing))
 
@@ -239,7 +237,7 @@ def test_random_parameters_end_as_their_run_ups() -> None:
     assert outcomes == ["captured", "captured", "compensated", "compensated"]
     for (slope, p1), outcome in zip(plan.samples[:, chosen].T, outcomes, strict=True):
         alone = machine.with_values({"drive.slope": slope, "drum.eccentricity": 2e-3})
-        assert summary_of(ask(RunUp(start={"p1": p1}, model="slow"), alone))["outcome"] == outcome
+        assert ask(RunUp(start={"p1": p1}, model="slow"), alone).wucht.summary["outcome"] == outcome
 
 
 SHARES = {1.0: 0.0396, 2.5: 0.2488, 3.0: 0.6326}  # of the basins of cases.md, on 64 x 64 cells
@@ -261,7 +259,7 @@ def test_the_catalogue_file_agrees_with_the_basins_of_figure_5_10() -> None:
     result = ask(study.spec, study.subject)
     assert of_basins(result) == [1.0, 2.5]
     assert float((result.high - result.low).max()) < 0.08
-    s = summary_of(result)
+    s = result.wucht.summary
     assert "0.9 is not reached up to u = 2.5" in s["sentence"]
     # The border of figure 5.10 runs across all delta: the mean phase decides.
     assert s["sensitivity"]["indices"]["psi"]["total"] > 2 * s["sensitivity"]["indices"]["delta"]["total"]
@@ -275,6 +273,6 @@ def test_the_catalogue_file_as_it_stands() -> None:
     result = ask(study.spec, study.subject)
     assert of_basins(result) == [1.0, 2.5, 3.0]
     assert float((result.high - result.low).sel(parameter=[1.0, 2.5, 3.0]).max()) < 0.05
-    smallest = summary_of(result)["smallest"]
+    smallest = result.wucht.summary["smallest"]
     assert 3.0800128 < smallest < 3.0800128 + 0.06
     assert result.low.values[result.parameter.values > 3.2].min() > 0.99

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ import pytest
 
 from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_basins import MACHINE, counted, engine, phases
-from wucht.results.conventions import summary_of
 from wucht.studies.capture_probability import run as running
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.runner import draw, report
@@ -44,7 +42,7 @@ def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
     assert reports == sorted(reports)
     assert reports[-1] == 1.0
     once = len(starts)
-    assert once == summary_of(whole)["runs"]
+    assert once == whole.wucht.summary["runs"]
     starts.clear()
     assert_same(whole, stopped_often(QUESTION, MACHINE, tmp_path, first=12, further=23))
     assert len(starts) == once
@@ -54,10 +52,10 @@ def test_stopped_on_the_way_nothing_is_called_the_smallest(tmp_path: Path, start
     """After the second of three values."""
     result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(20))
     assert result.parameter.values.tolist() == [1.0, 3.0]
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["smallest"] is None
     assert s["values"] == [2, 3]
-    assert "1 of the 3 values of u are not computed yet" in json.loads(result.attrs["warnings"])
+    assert "1 of the 3 values of u are not computed yet" in result.wucht.warnings
     assert "at least" not in report(result)[1]
     draw(result)
 

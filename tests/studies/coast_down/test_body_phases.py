@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import assumed_of, summary_of
 from wucht.studies.coast_down.prepare import prepare
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.runner import draw, report, run
@@ -44,7 +42,7 @@ def test_bodies_start_where_they_compensate() -> None:
 def test_it_does_not_vibrate_until_it_is_slow(speed: float, angle: float) -> None:
     asked = {"until": 0.5, "start": {"drum": {"angle": angle, "speed": speed}}}
     steady, held = (run(CoastDown(**asked, **more), load_machine(R1)) for more in ({}, {"bodies": "held"}))
-    assert summary_of(steady)["peak_amplitude"] < 1e-4 * summary_of(held)["peak_amplitude"]
+    assert steady.wucht.summary["peak_amplitude"] < 1e-4 * held.wucht.summary["peak_amplitude"]
 
 
 def test_below_the_resonance_they_are_on_the_heavy_side() -> None:
@@ -72,8 +70,8 @@ def test_balls_of_a_track_do_not_overlap() -> None:
 )
 def test_what_was_assumed_is_said(asked: dict[str, Any], statement: str) -> None:
     result = run(CoastDown(until=0.05, **asked), load_machine(R1))
-    assert statement in assumed_of(result)
-    assert "the carrier starts in the steady vibration of its speed" in assumed_of(result)
+    assert statement in result.wucht.assumed
+    assert "the carrier starts in the steady vibration of its speed" in result.wucht.assumed
     assert statement in " ".join(report(result))
     shown = " ".join(" ".join(text.get_text() for text in draw(result).texts).split())
     assert statement in shown
@@ -81,9 +79,9 @@ def test_what_was_assumed_is_said(asked: dict[str, Any], statement: str) -> None
 
 def test_where_steady_phases_are_not_known_it_is_said_why() -> None:
     result = run(CoastDown(until=0.05, start={}), load_machine("sperling-vibration/figure-4"))
-    assert any("b1 is locked to its rotor until it is released" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("b1 is locked to its rotor until it is released" in w for w in result.wucht.warnings)
     held = run(CoastDown(until=0.05, bodies="held"), load_machine("sperling-vibration/figure-4"))
-    assert not any("locked" in w for w in json.loads(held.attrs["warnings"]))
+    assert not any("locked" in w for w in held.wucht.warnings)
 
 
 @pytest.mark.parametrize(
@@ -102,4 +100,4 @@ def test_what_is_refused(asked: dict[str, Any], says: str) -> None:
 
 def test_where_exciters_start_is_said() -> None:
     result = run(CoastDown(until=0.02, start={"e1": 0.5}), load_machine("practice/screen"))
-    assert "rotors start at e1 28.65°, e2 0°" in assumed_of(result)
+    assert "rotors start at e1 28.65°, e2 0°" in result.wucht.assumed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import subprocess
 import sys
@@ -23,7 +22,6 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.integrate import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.results.conventions import summary_of
 from wucht.studies.coast_down import run as module
 from wucht.studies.coast_down.prepare import prepare
 from wucht.studies.coast_down.spec import CoastDown
@@ -65,16 +63,16 @@ def test_exponential_decay() -> None:
     """
     result = run(CoastDown(until=20.0, start=AT_100), disc())
     half = J / LOSS * (math.log(2) + (math.pi * LOSS / J / 50) ** 2 / 6)
-    assert summary_of(result)["half_time"] == pytest.approx(half, abs=1e-6)
+    assert result.wucht.summary["half_time"] == pytest.approx(half, abs=1e-6)
     np.testing.assert_allclose(result.speed, 100 * np.exp(-LOSS / J * result.time), rtol=1e-9)
-    assert summary_of(result)["outcome"] is None
-    assert summary_of(result)["reversal_time"] is None
-    assert summary_of(result)["energy_residual"] < 1e-10
+    assert result.wucht.summary["outcome"] is None
+    assert result.wucht.summary["reversal_time"] is None
+    assert result.wucht.summary["energy_residual"] < 1e-10
     assert "still turns" in result.attrs["sentence"]
 
 
 def test_without_until_it_ends_at_a_hundredth() -> None:
-    result = summary_of(run(CoastDown(start=AT_100), disc()))
+    result = run(CoastDown(start=AT_100), disc()).wucht.summary
     assert result["end_time"] >= J / LOSS * math.log(100)
     assert abs(result["final_speed"]) < 2.0
 
@@ -83,7 +81,7 @@ def test_long_runs_keep_few_rows() -> None:
     result = run(CoastDown(start={"disc": {"speed": 1e4}}), disc())
     assert result.sizes["time"] <= 8000
     assert (np.diff(result.time) > 0).all()
-    assert summary_of(result)["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
+    assert result.wucht.summary["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
 
 
 def test_of_rows_that_become_one_the_extremes_stay(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +97,7 @@ def test_of_rows_that_become_one_the_extremes_stay(monkeypatch: pytest.MonkeyPat
 
 
 def test_coulomb_friction_stops_it() -> None:
-    result = summary_of(run(CoastDown(until=60.0, start=AT_100), disc(load={"kind": "coulomb", "torque": 0.05})))
+    result = run(CoastDown(until=60.0, start=AT_100), disc(load={"kind": "coulomb", "torque": 0.05})).wucht.summary
     # J w' = -b w - M_c from w_0: w = 0 at (J/b) ln(1 + b w_0/M_c)
     assert result["half_time"] == pytest.approx(J / LOSS * math.log((LOSS * 100 + 0.05) / (LOSS * 50 + 0.05)), rel=1e-4)
     assert result["outcome"] == "stopped"
@@ -108,7 +106,7 @@ def test_coulomb_friction_stops_it() -> None:
 def test_it_starts_with_the_speed_of_its_drive() -> None:
     driven = disc(drive={"kind": "linear", "slope": 0.036, "no_load_speed": 100.0})
     result = run(CoastDown(until=1.0), driven)
-    assert summary_of(result)["start_speed"] == pytest.approx(90.0)  # slope (100 - w) = b w
+    assert result.wucht.summary["start_speed"] == pytest.approx(90.0)  # slope (100 - w) = b w
     assert float(result.speed[-1]) == pytest.approx(90 * math.exp(-LOSS / J), rel=1e-9)
 
 
@@ -130,14 +128,14 @@ def test_bodies_turn_along_at_the_start() -> None:
 def test_through_the_resonance() -> None:
     """The carrier's vibration takes energy out while the rotor passes its natural frequency of 101 rad/s."""
     result = run(CoastDown(until=3.0, start={"p1": 0.3, "p2": -0.5}), load_machine("drozdetskaya-2020/r1-u40"))
-    assert summary_of(result)["energy_residual"] < 1e-9
-    assert summary_of(result)["peak_amplitude"] > 0
+    assert result.wucht.summary["energy_residual"] < 1e-9
+    assert result.wucht.summary["peak_amplitude"] > 0
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_heavy_disc_turns_back_and_swings(sense: float) -> None:
     result = run(CoastDown(until=60.0, start={"disc": {"angle": math.pi / 2, "speed": sense * 20.0}}), heavy_disc())
-    summary = summary_of(result)
+    summary = result.wucht.summary
     assert summary["outcome"] in ("oscillating", "stopped")
     at = summary["reversal_time"]
     assert 0 < at < 60.0
@@ -148,11 +146,11 @@ def test_a_heavy_disc_turns_back_and_swings(sense: float) -> None:
 
 
 def test_no_reversal_without_gravity() -> None:
-    assert summary_of(run(CoastDown(until=10.0, start=AT_100), heavy_disc(0.0)))["reversal_time"] is None
+    assert run(CoastDown(until=10.0, start=AT_100), heavy_disc(0.0)).wucht.summary["reversal_time"] is None
 
 
 def test_half_of_less_than_a_turn() -> None:
-    result = summary_of(run(CoastDown(until=20.0, start={"disc": {"speed": 0.5}}), disc()))
+    result = run(CoastDown(until=20.0, start={"disc": {"speed": 0.5}}), disc()).wucht.summary
     assert result["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-3)
 
 
@@ -161,7 +159,7 @@ def test_an_interrupted_run_is_a_valid_result(call: int) -> None:
     result = run(CoastDown(until=1000.0, start=AT_100), disc(), progress=stop_at(call))
     assert result.attrs["finished"] == 0
     assert result.sizes["time"] >= 1
-    assert any("interrupted" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("interrupted" in w for w in result.wucht.warnings)
 
 
 @pytest.mark.parametrize(
@@ -197,9 +195,9 @@ def test_resumed_it_is_the_uninterrupted_one(
     seen: list[float] = []
     again = run(question, machine, folder=tmp_path, resume=True, progress=lambda share, _: seen.append(share))
     xr.testing.assert_equal(again, whole)
-    assert summary_of(again) == summary_of(whole)
+    assert again.wucht.summary == whole.wucht.summary
     assert again.attrs["finished"] == 1
-    assert json.loads(again.attrs["warnings"]) == json.loads(whole.attrs["warnings"])
+    assert again.wucht.warnings == whole.wucht.warnings
     assert len(legs) == 2 * needed + 2, "the start and the leg that was interrupted are run twice, no other leg is"
     if share >= 0.5:
         assert min(seen) > 0.4, "what was run is not run again"
@@ -243,7 +241,7 @@ def test_only_the_same_coast_down_is_resumed(tmp_path: Path) -> None:
 
 def test_scipy_agrees() -> None:
     times = [
-        summary_of(run(CoastDown(until=5.0, start=AT_100, engine=engine), heavy_disc()))["half_time"]
+        run(CoastDown(until=5.0, start=AT_100, engine=engine), heavy_disc()).wucht.summary["half_time"]
         for engine in (None, "scipy")
     ]
     assert times[0] == pytest.approx(times[1], rel=1e-9)
@@ -284,16 +282,16 @@ def test_it_starts_in_the_steady_vibration_of_its_speed(speed: float) -> None:
     expected = float(Forced.of(machine, np.array([0.4, 1.5])).amplitude(np.array([abs(speed)]))[0][0])
     late = steady.amplitude.values[steady.sizes["time"] // 2 :]
     assert [float(steady.amplitude[0]), late.max()] == pytest.approx([expected] * 2, rel=5e-3)
-    assert summary_of(steady)["peak_amplitude"] == pytest.approx(expected, rel=5e-3)
-    assert summary_of(steady)["carrier_start"] == "steady"
+    assert steady.wucht.summary["peak_amplitude"] == pytest.approx(expected, rel=5e-3)
+    assert steady.wucht.summary["carrier_start"] == "steady"
     rest = run(CoastDown(until=0.5, start=start, vibration="none"), machine)
-    assert summary_of(rest)["peak_amplitude"] > 1.5 * expected
+    assert rest.wucht.summary["peak_amplitude"] > 1.5 * expected
     assert "starts at rest" in rest.attrs["warnings"]
     assert "starts at rest" not in steady.attrs["warnings"]
 
 
 def test_the_largest_amplitude_is_that_of_the_resonance() -> None:
-    summary = summary_of(run(CoastDown(), load_machine("drozdetskaya-2020/table-3.1-laval")))
+    summary = run(CoastDown(), load_machine("drozdetskaya-2020/table-3.1-laval")).wucht.summary
     assert summary["peak_speed"] == pytest.approx(1.0, abs=0.1)
 
 

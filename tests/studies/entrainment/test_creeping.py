@@ -18,7 +18,6 @@ from wucht.dynamics.verdicts.observation import Watch
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.prepare import prepare
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
@@ -48,7 +47,7 @@ def test_a_run_beyond_the_fold_is_not_entrained(share: float, entrained: bool, s
 
 def _beyond(**table: Any) -> float:
     """By how much the band from the start goes beyond that of the locked motions."""
-    summary = summary_of(run(Entrainment.read({"start": START, "points": 5} | table), _exciters()))
+    summary = run(Entrainment.read({"start": START, "points": 5} | table), _exciters()).wucht.summary
     least, most = summary["existence_band_full"]
     low, high = summary["band_from_rest"]
     assert (least, most) == pytest.approx((-FOLD, FOLD), abs=5e-6)

@@ -24,7 +24,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
-from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.dataset import dataset
 from wucht.studies.entrainment.prepare import prepare
 from wucht.studies.entrainment.run import Findings
@@ -52,7 +51,7 @@ def bild_2() -> Machine:
 
 
 def summary(machine: Machine, **table: Any) -> dict[str, Any]:
-    return summary_of(run(Entrainment.read(table), machine))
+    return run(Entrainment.read(table), machine).wucht.summary
 
 
 # The swept parameter
@@ -297,7 +296,7 @@ def test_without_averaged_equations_the_full_ones_answer() -> None:
         run(Entrainment.read({"start": START}), machine)
     table = {"start": START, "range": [-1.0, 1.0], "points": 5}
     result = run(Entrainment.read(table), machine)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["existence_band"] is None
     assert s["outcome"] == "synchronised"
     assert s["stable"]
@@ -361,5 +360,5 @@ def test_the_mean_speed_of_a_locked_motion_has_the_sign_of_the_run(mean: float) 
     plan = prepare(Entrainment.read({}), bild_2())
     own = RunFromStart(plan.swept.own, 1.0, 1.0, plan.initial, entrained=True, mean_speed=mean, window=(0.0, 1.0))
     motion: Any = SimpleNamespace(value=plan.swept.own, phases=np.array([0.3]), speed=6.25, multiplier=0.5, stable=True)
-    found = summary_of(dataset(plan, Findings(own=own, runs=(own,), motions=(motion,))))
+    found = dataset(plan, Findings(own=own, runs=(own,), motions=(motion,))).wucht.summary
     assert found["mean_speed"] == math.copysign(6.25, mean)

@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.figure import _part
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import draw, run
@@ -72,7 +71,7 @@ def test_stable_solid_unstable_dashed(shaken: xr.Dataset) -> None:
 
 
 def test_bands(shaken: xr.Dataset) -> None:
-    summary = summary_of(shaken)
+    summary = shaken.wucht.summary
     phase, _ = draw(shaken).axes
     (shade,) = phase.patches
     box = shade.get_extents().transformed(phase.transData.inverted())
@@ -96,7 +95,7 @@ def test_exciters_are_cut_where_they_are_not_and_others_are_grey(exciters: xr.Da
 def test_a_result_without_bands_is_drawn(shaken: xr.Dataset) -> None:
     """Of an interrupted study, and of a machine without averaged equations."""
     bare = shaken.isel(point=slice(0, 0), orbit=slice(0, 0))
-    summary = summary_of(shaken) | dict.fromkeys(("existence_band", "band_from_rest", "range", "branch"))
+    summary = shaken.wucht.summary | dict.fromkeys(("existence_band", "band_from_rest", "range", "branch"))
     bare.attrs = shaken.attrs | {"summary": json.dumps(summary), "finished": 0, "sentence": "the study was interrupted"}
     figure = draw(bare)
     assert "the study was interrupted" in figure.get_suptitle()
@@ -105,7 +104,7 @@ def test_a_result_without_bands_is_drawn(shaken: xr.Dataset) -> None:
 
 
 def test_open_bands_are_named_and_shaded_to_the_border(shaken: xr.Dataset) -> None:
-    summary = summary_of(shaken) | {"existence_band": [5.0, None], "band_from_rest": [None, 7.0]}
+    summary = shaken.wucht.summary | {"existence_band": [5.0, None], "band_from_rest": [None, 7.0]}
     changed = shaken.copy()
     changed.attrs = shaken.attrs | {"summary": json.dumps(summary)}
     figure = draw(changed)

@@ -16,7 +16,6 @@ from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.results.loading import load
 from wucht.studies import runner
 from wucht.studies.entrainment.spec import Entrainment
@@ -79,7 +78,7 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
     result = run(Entrainment.read({"points": 9}), bild_2(), progress=stop(made, "runs", 4))
     assert result.attrs["finished"] == 0
     assert result.sizes["run"] == 3  # the machine's own value is not yet reached by the scan
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["sentence"].endswith("the study was interrupted before its band was found")
     assert "3 runs from the start are finished; the search is not" in result.attrs["warnings"]
     assert "--resume continues from there" in result.attrs["warnings"]
@@ -171,7 +170,7 @@ def test_it_can_be_stopped_within_a_run() -> None:
 
     result = run(Entrainment.read({"until": 3000.0}), bild_2(), progress=report)
     assert result.attrs["finished"] == 0
-    assert summary_of(result)["outcome"] == "unidentified"
+    assert result.wucht.summary["outcome"] == "unidentified"
 
 
 def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,6 @@ from wucht.dynamics.exciters.design_trials import Checked
 from wucht.dynamics.exciters.slow_beats import Beat, Rig
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
-from wucht.results.conventions import summary_of
 from wucht.studies.exciter_design.dataset import dataset
 from wucht.studies.exciter_design.prepare import prepare
 from wucht.studies.exciter_design.run import Findings
@@ -67,7 +66,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_averaged_equations(ma
     asked = ExciterDesign(
         target=table_of(known.cycles), vary=RANGES, seed=seed, reach=48, evaluations=64, corrections=0, samples=0
     )
-    summary = summary_of(wucht.run(asked, machine))
+    summary = wucht.run(asked, machine).wucht.summary
     assert len(summary["polished"]) == 3
     for found in summary["polished"]:
         assert found["drive.slope"] == pytest.approx(KNOWN["drive.slope"], rel=2e-4)
@@ -84,7 +83,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_full_equations(machin
         target=table_of(target), vary=RANGES, seed=seed, reach=32, evaluations=48, population=8, candidates=1, polish=80,
         corrections=4, samples=0, beats=60,
     )  # fmt: skip
-    summary = summary_of(wucht.run(asked, machine))
+    summary = wucht.run(asked, machine).wucht.summary
     first, design = summary["runs"][0], summary["parameters"]
     assert abs(first["parameters"]["p1.mass"] / KNOWN["p1.mass"] - 1) > 0.02
     assert first["full"] > 3 * summary["distance"]
@@ -98,7 +97,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_full_equations(machin
 def test_the_catalogue_file_gives_its_numbers() -> None:
     """Amplitudes to 0.7 % of the largest in the full equations; what stands in the summary is what such an exciter does."""
     result = run_file("practice/exciter-design")
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["distance"] < 0.01
     assert s["damage_ratio"] == pytest.approx(1.0, abs=0.02)
     assert s["outcome"] == "captured-modulated"
@@ -122,7 +121,7 @@ def test_more_cannot_be_reached_than_the_exciter_has(machine: wucht.Machine) -> 
     asked = ExciterDesign(
         target={"shape": "constant", "largest": "1.2 mm", "cycles": 1e5}, vary=RANGES, candidates=1, samples=0, corrections=0
     )
-    s = summary_of(wucht.run(asked, machine))
+    s = wucht.run(asked, machine).wucht.summary
     assert s["parameters"]["p1.mass"] == pytest.approx(3.0, rel=0.02)  # the heaviest pendulum beats least
     assert 0.02 < s["distance"] < 0.2
 
@@ -170,7 +169,7 @@ def test_where_nothing_beats_it_says_so(machine: wucht.Machine) -> None:
         target=[["1 mm", 1e5], ["2 mm", 1e3]], vary={"drive.slope": [4e-3, 8e-3]}, **(TINY | {"reach": 4, "evaluations": 4})
     )
     result = wucht.run(spec, machine)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert (s["parameters"], s["distance"], s["spectrum"]) == (None, None, [])
     assert s["motions"] == {"modulated": 0, "steady": 8, "unsettled": 0, "failed": 0, "not-allowed": 0}
     assert s["reach"]["modulated"] == 0.0
@@ -201,6 +200,6 @@ def test_how_long_the_cycles_of_the_target_take(machine: wucht.Machine) -> None:
     beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
     counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
     design = Checked(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
-    s = summary_of(dataset(plan, Findings(checked=(design,), complete=True)))
+    s = dataset(plan, Findings(checked=(design,), complete=True)).wucht.summary
     assert s["duration"] == pytest.approx(s["target"]["cycles"] / 4)
     assert (s["beat"], s["cycles_per_beat"]) == (10.0, pytest.approx(40.0))

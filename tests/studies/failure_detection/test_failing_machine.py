@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import simpson
 
 import wucht
-from wucht.results.conventions import summary_of
 
 START = {"p1": 0.3, "p2": -0.5}
 SENSOR = {"interval": 0.1, "noise": 1.0, "false_alarm_every": 3600.0}
@@ -68,7 +67,7 @@ def test_the_work_of_a_schedule_is_that_of_the_spring(interpolation):
     assert result["speed"].values.sum() * SENSOR["interval"] == pytest.approx(angle[-1], rel=1e-6)
     shares = [float(result["stiffness"].values[at < begin - 0.01].min()), float(result["stiffness"].values[-1])]
     assert shares == pytest.approx([1.0, LEFT / WHOLE])
-    assert summary_of(result)["failure_time"] == begin
+    assert result.wucht.summary["failure_time"] == begin
 
 
 @pytest.mark.parametrize("law", ["drop", "linear"])
@@ -92,8 +91,8 @@ def test_a_failure_by_damage_is_one_by_a_schedule_of_the_same_steps(law):
     assert result["stiffness_work"].values[-1] == pytest.approx(jumps.sum(), rel=0.02)
     assert result["energy_residual"].values.max() < 1e-9
     spectrum = wucht.run(wucht.LoadSpectrum(until=UNTIL, start=START, direction="x", woehler=LINE), again)
-    assert summary_of(result)["damage"] == pytest.approx(summary_of(spectrum)["damage"], rel=1e-5)
-    s, damage = summary_of(result), result["damage"].values
+    assert result.wucht.summary["damage"] == pytest.approx(spectrum.wucht.summary["damage"], rel=1e-5)
+    s, damage = result.wucht.summary, result["damage"].values
     assert s["failure_time"] == pytest.approx(time[np.flatnonzero(damage >= 1.0)[0]], abs=0.1)
     # Each look comes after eight samples: nothing until D = 1, or the share D of the loss.
     seen, then = damage[8:-1:8], share[9::8]
@@ -106,11 +105,11 @@ def test_the_load_may_be_the_force_of_the_spring():
     force_line, times = LINE | {"SD": 8e-3 * WHOLE}, list[float]()
     for name, line in (("displacement", LINE), ("spring-force", force_line)):
         failure = {"remaining": 0.8, "signal": name, "direction": "x", "woehler": line}
-        times.append(summary_of(failed(exciter(), failure=failure, until=5.0))["failure_time"])
+        times.append(failed(exciter(), failure=failure, until=5.0).wucht.summary["failure_time"])
     assert times[0] == times[1]
     force, displacement = (
         wucht.run(wucht.LoadSpectrum(until=1.0, start=START, direction="x", signal=name), exciter())
         for name in ("spring-force", "displacement")
     )
-    assert summary_of(force)["largest_range"] == pytest.approx(WHOLE * summary_of(displacement)["largest_range"])
-    assert summary_of(force)["unit"] == "N"
+    assert force.wucht.summary["largest_range"] == pytest.approx(WHOLE * displacement.wucht.summary["largest_range"])
+    assert force.wucht.summary["unit"] == "N"

@@ -9,7 +9,6 @@ from test_failing_machine import LINE, SENSOR, START, WHOLE, exciter, failed
 import wucht
 from interrupting import assert_same, stop_at
 from wucht.measurements.cusum import Cusum
-from wucht.results.conventions import summary_of
 from wucht.results.store import to_json
 from wucht.studies.failure_detection.report_words import duration, within
 from wucht.studies.runner import draw, report
@@ -31,7 +30,7 @@ def catalogue():
 
 def test_the_exciter_falls_out_of_its_resonance(catalogue):
     """002, 6.2. Before, the averaged equations beat at a speed 4 % lower; after, the bodies compensate at the no-load speed."""
-    s = summary_of(catalogue)
+    s = catalogue.wucht.summary
     assert (s["before"]["outcome"], s["after"]["outcome"]) == ("captured-modulated", "compensated")
     assert s["failure_time"] == 20.5
     assert s["before"]["speed"] == pytest.approx(94.5755, abs=2e-3)
@@ -47,7 +46,7 @@ def test_the_exciter_falls_out_of_its_resonance(catalogue):
 
 def test_the_delay_by_simulation(catalogue):
     """The chart on the study's own readings with drawn noise: when it alarms after the failure, having not done so before."""
-    s, noise = summary_of(catalogue), 2.0
+    s, noise = catalogue.wucht.summary, 2.0
     time, speed = catalogue["reading_time"].values, catalogue["speed"].values
     random, made = np.random.default_rng(8), Cusum(s["chart"]["reference"], s["chart"]["threshold"], noise)
     kept = time > 8.0
@@ -62,12 +61,12 @@ def test_the_delay_by_simulation(catalogue):
 def test_false_alarms_of_the_beating_speed(catalogue):
     """A chart for rare alarms on the readings as they come: simulated at one that alarms often."""
     often = example(**{"sensor.false_alarm_every": "200 s", "until": "30 s"})
-    s, time = summary_of(often), often["reading_time"].values
+    s, time = often.wucht.summary, often["reading_time"].values
     normal = often["speed"].values[(time > 8.4) & (time <= s["failure_time"])] - s["chart"]["mean"]
     readings = np.tile(normal, 250) + np.random.default_rng(9).normal(0, 2.0, (1500, 250 * len(normal)))
     first = Cusum(s["chart"]["reference"], s["chart"]["threshold"], 2.0).first_alarms(readings) + 1
     assert 0.5 * first.mean() == pytest.approx(200.0, abs=4 * 0.5 * first.std() / np.sqrt(1500))
-    assert summary_of(catalogue)["chart"]["threshold"] > 1.2 * s["chart"]["threshold"]
+    assert catalogue.wucht.summary["chart"]["threshold"] > 1.2 * s["chart"]["threshold"]
 
 
 def single():
@@ -83,7 +82,7 @@ def single():
 def test_a_steady_speed_is_that_of_the_averaged_equations():
     """Held below the resonance by the weak motor: the speed follows sqrt(c); both speeds are steady states of the averaging."""
     sensor = SENSOR | {"interval": 0.25, "noise": 1.0, "false_alarm_every": 1e5, "change": 3.0}
-    s = summary_of(failed(single(), until=60.0, after=24.0, start={"p1": 0.3}, sensor=sensor))
+    s = failed(single(), until=60.0, after=24.0, start={"p1": 0.3}, sensor=sensor).wucht.summary
     assert (s["before"]["outcome"], s["after"]["outcome"]) == ("captured", "captured")
     assert s["averaged"]["kinds"] == ["steady state", "steady state"]
     assert s["before"]["speed"] == pytest.approx(s["averaged"]["before"], rel=2e-5)
@@ -98,7 +97,7 @@ def test_a_steady_speed_is_that_of_the_averaged_equations():
 def test_bodies_that_are_alike_stand_where_no_machine_does():
     alike = exciter((0.0, WHOLE), (20.0, 0.8 * WHOLE)).with_values({"p2.mass": 0.125, "drive.slope": 0.0195})
     result = failed(alike, until=40.0, after=2.0, sensor=SENSOR | {"interval": 0.5})
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["averaged"]["kinds"][1] == "unstable steady state"
     assert s["after"]["speed"] == pytest.approx(191.247, abs=0.01)
     assert any("unstable" in w and "nearest stable one has 200" in w for w in result.wucht.warnings)
@@ -106,7 +105,7 @@ def test_bodies_that_are_alike_stand_where_no_machine_does():
 
 def test_what_does_not_fail_is_said():
     result = failed(exciter(), failure={"remaining": 0.8, "direction": "x", "woehler": LINE | {"ND": 1e9}}, until=4.0)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["failure_time"] is None and s["change"] is None and s["delay"] is None
     assert 0 < s["damage"] < 1e-4 and s["stiffness"] == 1.0
     assert any("does not fail within study.until" in w for w in result.wucht.warnings)
@@ -121,7 +120,7 @@ def test_a_gradual_loss(remaining, cycles, fails):
     sensor = SENSOR | {"noise": 0.2, "interval": 0.5, "false_alarm_every": 3600.0, "change": 2.0}
     own = {"failure": {"remaining": remaining, "law": "linear", "direction": "x", "woehler": LINE | {"ND": cycles}}}
     result = failed(exciter(), **own, sensor=sensor, after=1.0, learning=6.0, until=30.0)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert (s["failure_time"] is not None) == fails
     assert s["before"]["outcome"] is not None
     if fails:
@@ -135,9 +134,9 @@ def test_a_gradual_loss(remaining, cycles, fails):
 @pytest.mark.slow
 def test_a_slow_counter_sees_a_smaller_failure():
     """docs/load-spectra.md: of 2 % less stiffness readings of half a second see nothing, those of whole beats do."""
-    fast = summary_of(example(**{"failure.remaining": 0.98}))
+    fast = example(**{"failure.remaining": 0.98}).wucht.summary
     slow = {"sensor.interval": "5 s", "sensor.noise": "0.5 rad/s", "failure.interval": "0.5 s", "failure.woehler.ND": 5000}
-    slow = summary_of(example(**{"failure.remaining": 0.98, "until": "400 s"} | slow))
+    slow = example(**{"failure.remaining": 0.98, "until": "400 s"} | slow).wucht.summary
     assert fast["change"] == pytest.approx(-0.65, abs=0.01) and slow["change"] == pytest.approx(-0.65, abs=0.01)
     assert fast["deviation"] == pytest.approx(4.88, abs=0.01) and slow["deviation"] < 0.6
     assert slow["delay"]["mean"] == pytest.approx(77, abs=1.5)
@@ -152,7 +151,7 @@ def test_the_horizon_grows_until_it_is_known_when_it_is_seen():
     weak = exciter((0.0, WHOLE), (40.0, 0.98 * WHOLE)).with_values({"drive.slope": 0.000975})
     sensor = {"interval": 0.5, "noise": 2.0, "false_alarm_every": 240 * 3600.0}
     result = failed(weak, until=80.0, after=20.0, sensor=sensor)
-    delay = summary_of(result)["delay"]
+    delay = result.wucht.summary["delay"]
     assert delay["mean"] / 0.5 == pytest.approx(11_605, abs=4 * 58)
     assert delay["half"] / 0.5 == pytest.approx(8_130, rel=0.03)
     assert delay["half"] < delay["nearly_all"] < delay["horizon"] == result["alarm_time"][-1]
@@ -168,13 +167,13 @@ def test_a_failure_that_the_chart_does_not_see():
     unseen = exciter((0.0, WHOLE), (40.0, 0.9999 * WHOLE)).with_values({"drive.slope": 0.000975})
     sensor = {"interval": 0.5, "noise": 2.0, "false_alarm_every": 3600.0}
     result = failed(unseen, until=80.0, after=20.0, sensor=sensor)
-    assert summary_of(result)["delay"]["mean"] == pytest.approx(3600.0, rel=0.005)
+    assert result.wucht.summary["delay"]["mean"] == pytest.approx(3600.0, rel=0.005)
     assert any("hardly sooner than a false one" in w for w in result.wucht.warnings)
 
 
 def test_what_is_not_known_is_said_with_the_horizon(catalogue):
     """Of a result without it, such as one of before: how far it is known, in readings and in time."""
-    s, short = summary_of(catalogue), catalogue.isel(alarm=slice(0, 2))
+    s, short = catalogue.wucht.summary, catalogue.isel(alarm=slice(0, 2))
     short.attrs["summary"] = to_json(s | {"delay": dict.fromkeys(("mean", "half", "nearly_all"))}, None)
     horizon = "within 2 readings, 1 s"
     assert any(
@@ -188,14 +187,14 @@ def test_what_is_not_known_is_said_with_the_horizon(catalogue):
 def test_the_signal_is_largest_where_the_exciter_just_falls_out():
     """The edge is where the study sweep finds that the softened machine leaves its resonance, from a slow rise of the motor."""
     result = example(MAP)
-    s, signal, slope = summary_of(result), result["signal"].values, result["along"].values
+    s, signal, slope = result.wucht.summary, result["signal"].values, result["along"].values
     edge = int(np.flatnonzero(np.diff(signal) > 10)[0])
     assert s["largest"]["drive.slope"] == slope[edge + 1] == pytest.approx(0.013125)
     assert s["largest"]["signal"] == pytest.approx(21.842, abs=0.01)
     assert (signal[: edge + 1] < 2).all() and (np.diff(signal[edge + 1 :]) < 0).all()
     soft = wucht.load_machine("drozdetskaya-2020/r1").with_values({"carrier.stiffness": 8e4, "p2.mass": 0.126})
     sweep = wucht.Sweep(along="drive.slope", range=(0.012, 0.014), direction="up", start=START)
-    [jump] = summary_of(wucht.run(sweep, soft))["jumps"]
+    [jump] = wucht.run(sweep, soft).wucht.summary["jumps"]
     assert slope[edge] - 1e-5 < jump["drive.slope"] < slope[edge + 1] + 1e-5
 
 
@@ -217,8 +216,8 @@ def test_other_values_over_two_parameters_resumed(tmp_path):
     assert 2 < stops < 8
     assert_same(whole, result)
     alone = failed(machine.with_values({"drive.slope": 0.02, "carrier.damping": 190.0}), until=7.5, after=1.0)
-    assert float(whole["signal"].sel(along=0.02, second=190.0)) == pytest.approx(summary_of(alone)["signal"], rel=1e-9)
-    s = summary_of(whole)
+    assert float(whole["signal"].sel(along=0.02, second=190.0)) == pytest.approx(alone.wucht.summary["signal"], rel=1e-9)
+    s = whole.wucht.summary
     assert s["largest"]["signal"] == pytest.approx(float(whole["signal"].max()))
     assert any(line.startswith("  largest") and "carrier.damping" in line for line in report(whole))
 

@@ -15,7 +15,6 @@ from scipy.io import wavfile
 
 import wucht
 from wucht.fatigue.rainflow_counting import rainflow
-from wucht.results.conventions import summary_of
 from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
@@ -40,7 +39,7 @@ def ranges(summary) -> dict[float, float]:
 
 def test_the_example_of_the_standard(tmp_path):
     write(tmp_path, HISTORY, "time [s],force [N]")
-    s = summary_of(counted(tmp_path))
+    s = counted(tmp_path).wucht.summary
     assert ranges(s) == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
     assert (s["cycles"], s["damage"], s["unit"], s["largest_range"], s["min"], s["max"]) == (4.0, None, "N", 9.0, -4.0, 5.0)
     assert s["spectrum"][-1] == {"range": 9.0, "mean": 0.5, "count": 0.5}
@@ -61,7 +60,7 @@ def test_the_example_of_the_standard(tmp_path):
 def test_other_countings(tmp_path, keys, expected):
     write(tmp_path, HISTORY, "time [s],force [N]")
     result = counted(tmp_path, **keys)
-    s = summary_of(result)
+    s = result.wucht.summary
     if expected is None:
         upward = [int(((HISTORY[:-1] < x) & (HISTORY[1:] > x)).sum()) for x in result.level.values]
         downward = [int(((HISTORY[:-1] > x) & (HISTORY[1:] < x)).sum()) for x in result.level.values]
@@ -78,22 +77,22 @@ def test_other_countings(tmp_path, keys, expected):
 
 def test_units_of_a_record(tmp_path):
     write(tmp_path, HISTORY)
-    plain = summary_of(counted(tmp_path))
+    plain = counted(tmp_path).wucht.summary
     assert (plain["unit"], plain["largest_range"]) == ("N", 9000.0)
-    scaled = summary_of(counted(tmp_path, signal={"file": "record.csv", "column": "force", "unit": "MPa", "scale": 2.0}))
+    scaled = counted(tmp_path, signal={"file": "record.csv", "column": "force", "unit": "MPa", "scale": 2.0}).wucht.summary
     assert (scaled["unit"], scaled["largest_range"]) == ("Pa", pytest.approx(18e6))
-    odd = summary_of(counted(tmp_path, signal={"file": "record.csv", "unit": "increments"}))
+    odd = counted(tmp_path, signal={"file": "record.csv", "unit": "increments"}).wucht.summary
     assert (odd["unit"], odd["largest_range"]) == ("increments", 9.0)
-    gravity = summary_of(counted(tmp_path, signal={"file": "record.csv", "unit": "g"}))
+    gravity = counted(tmp_path, signal={"file": "record.csv", "unit": "g"}).wucht.summary
     assert (gravity["unit"], gravity["largest_range"]) == ("m/s^2", pytest.approx(9 * 9.80665))
 
 
 def test_sound_and_universal_files(tmp_path):
     samples = (HISTORY / 8 * 2**15).astype(np.int16)
     wavfile.write(tmp_path / "record.wav", 8000, samples)
-    s = summary_of(counted(tmp_path, signal={"file": "record.wav"}))
+    s = counted(tmp_path, signal={"file": "record.wav"}).wucht.summary
     assert (s["unit"], s["largest_range"]) == ("of full scale", pytest.approx(9 / 8))
-    s = summary_of(counted(tmp_path, signal={"file": "record.wav", "unit": "kN", "scale": 8}))
+    s = counted(tmp_path, signal={"file": "record.wav", "unit": "kN", "scale": 8}).wucht.summary
     assert (s["unit"], ranges(s)) == ("N", {3000: 0.5, 4000: 1.5, 6000: 0.5, 8000: 1.0, 9000: 0.5})
     told = {
         "binary": 0, "func_type": 1, "rsp_node": 1, "rsp_dir": 1, "ref_node": 1, "ref_dir": 1, "id1": "strain", "id2": "NONE",
@@ -103,7 +102,7 @@ def test_sound_and_universal_files(tmp_path):
         "x": np.arange(len(HISTORY)) * 0.25, "data": HISTORY,
     }  # fmt: skip
     pyuff.UFF(str(tmp_path / "record.uff")).write_sets(pyuff.prepare_58(**told), "add")
-    s = summary_of(counted(tmp_path, signal={"file": "record.uff", "column": "strain"}))
+    s = counted(tmp_path, signal={"file": "record.uff", "column": "strain"}).wucht.summary
     assert (s["unit"], ranges(s), s["end"]) == ("", {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}, 2.0)
 
 
@@ -112,19 +111,19 @@ def test_damage_at_constant_amplitude(tmp_path, miner, below):
     """Exactly n/N above the knee, and by the rule below it."""
     write(tmp_path, np.array([2.0, -2.0] * 500 + [2.0]))
     line = {"k": 3, "ND": 1e6, "SD": "1 kN"} | ({} if miner is None else {"miner": miner})
-    s = summary_of(counted(tmp_path, woehler=line))
+    s = counted(tmp_path, woehler=line).wucht.summary
     assert (s["cycles"], s["damage"]) == (500.0, pytest.approx(500 * 2**3 / 1e6, rel=1e-12))
     assert s["repetitions"] == pytest.approx(250.0) and s["life"] == pytest.approx(250.0 * 1000)
-    low = summary_of(counted(tmp_path, woehler=line | {"SD": "4 kN"}))
+    low = counted(tmp_path, woehler=line | {"SD": "4 kN"}).wucht.summary
     assert low["damage"] == pytest.approx(500 * below / 1e6, rel=1e-12)
     assert (low["life"] is None) == (below == 0)
     own = {"k": 3, "ND": 1e6, "SD": 4000.0, "k2": 7}
-    assert summary_of(counted(tmp_path, woehler=own))["damage"] == pytest.approx(500 * 0.5**7 / 1e6, rel=1e-12)
+    assert counted(tmp_path, woehler=own).wucht.summary["damage"] == pytest.approx(500 * 0.5**7 / 1e6, rel=1e-12)
 
 
 def test_counting_begins_after_a_time(tmp_path):
     write(tmp_path, np.concatenate([HISTORY, [1.0, -1.0] * 10]), "time [s],force [N]")
-    s = summary_of(counted(tmp_path, after="9 s"))
+    s = counted(tmp_path, after="9 s").wucht.summary
     assert (ranges(s), s["begin"]) == ({2: 9.5}, 9.0)
     assert s["convergence"]["spectrum"] < 0.1
 
@@ -134,7 +133,7 @@ def test_many_ranges_are_put_into_classes(tmp_path):
     write(tmp_path, values, "time [s],force [N]")
     line = {"k": 4, "ND": 1e6, "SD": 1.0}
     result = counted(tmp_path, woehler=line)
-    s, cycles = summary_of(result), rainflow(values)
+    s, cycles = result.wucht.summary, rainflow(values)
     assert len(s["spectrum"]) <= 100 and s["class_width"] == pytest.approx(s["largest_range"] / 100)
     assert s["cycles"] == pytest.approx(cycles.total) == pytest.approx(sum(row["count"] for row in s["spectrum"]))
     assert s["damage"] == pytest.approx(float((cycles.counts * (cycles.ranges / 2) ** 4).sum()) / 1e6, rel=1e-12)
@@ -155,7 +154,7 @@ def test_a_run_up_counts_as_its_own_trajectory_does():
     recorder = LoopValueRecorder()
     FourPointDetector(recorder=recorder).process(CubicHermiteSpline(run.time.values, x, v)(fine))
     expected = np.sort(np.abs(np.array(recorder.values_from) - np.array(recorder.values_to)))
-    s = summary_of(wucht.run(wucht.LoadSpectrum(until=until, start=start, residue="drop"), machine))
+    s = wucht.run(wucht.LoadSpectrum(until=until, start=start, residue="drop"), machine).wucht.summary
     found = np.array([row["range"] for row in s["spectrum"]])
     # The rotor starts at rest: its first ranges are rounding.
     found, expected = (of[of > 1e-3 * expected[-1]] for of in (found, expected))
@@ -181,7 +180,7 @@ def test_signals_of_a_steady_rotation():
     for signal, amplitude in expected.items():
         line = {"k": 1, "ND": 1.0, "SD": amplitude}
         spec = wucht.LoadSpectrum(signal=signal, until=8.0, after=6.0, woehler=line)
-        s = summary_of(wucht.run(spec, machine))
+        s = wucht.run(spec, machine).wucht.summary
         assert s["cycles"] == pytest.approx(2.0 * w / (2 * math.pi), abs=1.0)
         assert s["largest_range"] / 2 == pytest.approx(amplitude, rel=3e-5), signal
         assert s["damage"] == pytest.approx(s["cycles"], abs=0.5)  # the last range is not a whole one
@@ -197,7 +196,7 @@ def test_the_catalogue_file_gives_its_numbers():
     """Amplitudes from cases.md: the axis goes from 8.81 to 10.97 mm, the mean speed of the modulated motion is 94.3 rad/s."""
     study = read_study(AT_RESONANCE)
     result = wucht.run(study.spec, study.subject)
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["outcome"] == "captured-modulated"
     assert s["largest_range"] / 2 == pytest.approx(10.97e-3, rel=1e-3)
     closed = [row["range"] / 2 for row in s["spectrum"] if row["count"] >= 1]
@@ -230,7 +229,7 @@ def test_a_dimensionless_machine_and_its_averaged_equations():
     for model, name in (("full", "displacement"), ("slow", "slow_amplitude")):
         asked = given | {"study.kind": "load-spectrum", "study.after": 500, "study.model": model}
         study = read_study("drozdetskaya-2020/table-5.1", asked)
-        s = summary_of(wucht.run(study.spec, study.subject))
+        s = wucht.run(study.spec, study.subject).wucht.summary
         largest.append(s["largest_range"] / 2)
         assert s["unit"] == ""
         if model == "full":

@@ -13,7 +13,6 @@ from tests.refusals import refused
 from wucht.dynamics.balancers import candidates
 from wucht.dynamics.sampling import pareto_search
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.results.conventions import summary_of
 from wucht.studies.optimise_balancer import run
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
@@ -35,7 +34,7 @@ def test_the_front_is_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two parabolas of x in [-1, 3]: x in [0, 2] is on the front, where sqrt(f1) + sqrt(f2) = 2."""
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
     result = ask(TWO, MACHINE)
-    s = summary_of(result)
+    s = result.wucht.summary
     f = result.front_objective.values[:, [0, 2]]
     x = x_of(result.front_value.values[:, 0])
     assert len(x) == 12
@@ -67,7 +66,7 @@ def test_capture_bounds_where_it_is_no_objective(monkeypatch: pytest.MonkeyPatch
     assert x_of(ask(few, MACHINE).front_value.values[:, 0]).min() > x_of(np.array(5e-5)) - 1e-9
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x, _: np.ones(len(x), bool)))
     none = ask(few, MACHINE)
-    assert summary_of(none)["front"] == []
+    assert none.wucht.summary["front"] == []
     assert "no candidate has all objectives" in report(none)[1]
     draw(none)
 
@@ -97,7 +96,7 @@ def test_a_machine_with_open_runs_bounds_others_by_both_of_its_bounds(monkeypatc
     monkeypatch.setattr(candidates, "outcomes_of", engine)
     asked = TWO.model_copy(update={"objectives": ("residual", "peak"), "evaluations": 100, "points": 2})
     result = ask(asked, MACHINE)
-    assert summary_of(result)["as_it_is"]["objectives"]["capture-probability"] == 0.5
+    assert result.wucht.summary["as_it_is"]["objectives"]["capture-probability"] == 0.5
     assert x_of(result.front_value.values[:, 0]).max() <= own + 1e-9
 
 

@@ -14,7 +14,6 @@ from wucht.dynamics.balancers.compensated_states import compensated_state
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import THROUGH, Outcome
 from wucht.errors import InputError
-from wucht.results.conventions import summary_of
 from wucht.studies.optimise_balancer.prepare import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.run_up.spec import RunUp
@@ -31,7 +30,7 @@ def test_objectives_are_those_of_run_ups_one_by_one() -> None:
     for phases, unbalance in zip(trials.phases.T.tolist(), trials.spread.tolist(), strict=True):
         own = {"drum.eccentricity": unbalance, "p1.damping": 0.05, "p2.damping": 0.05}
         start = dict(zip(("p1", "p2"), phases, strict=True))
-        each.append(summary_of(ask(RunUp(start=start, until=12.0), FAST.with_values(own))))
+        each.append(ask(RunUp(start=start, until=12.0), FAST.with_values(own)).wucht.summary)
     seen = evaluated(trials, "full", np.array([[0.05]]), lambda _share: None)
     assert seen.objectives[0, PEAK] == pytest.approx(max(s["peak_amplitude"] for s in each), rel=2e-3)
     through = [s for s in each if s["outcome"] in THROUGH]
@@ -46,7 +45,7 @@ def test_what_stands_is_where_run_ups_end(drum: float, speed: float, left: float
     mass = 0.07 if drum < 9 else 0.06
     bodies = {"p1.mass": mass, "p2.mass": mass, "p1.damping": 0.1, "p2.damping": 0.1}
     machine = FAST.with_values({**bodies, "drum.mass": drum, "drum.eccentricity": 15e-3 / drum})
-    run = summary_of(ask(RunUp(until=10.0, start={"p1": 2.8, "p2": -2.6, "drum": {"speed": 180.0}}), machine))
+    run = ask(RunUp(until=10.0, start={"p1": 2.8, "p2": -2.6, "drum": {"speed": 180.0}}), machine).wucht.summary
     state = compensated_state(machine, full=True)
     assert state is not None
     assert run["outcome"] == "passed"

@@ -9,7 +9,6 @@ from wucht.dynamics.balancers.candidates import tried
 from wucht.dynamics.balancers.compensated_states import compensated_state, decay_rate
 from wucht.dynamics.balancers.damping_optimum import damping_curve, rates_of
 from wucht.dynamics.work import Work
-from wucht.results.conventions import summary_of
 from wucht.studies.optimise_balancer.prepare import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import run as ask
@@ -80,7 +79,7 @@ def test_far_above_the_resonances_the_speed_matters_to_creep_alone() -> None:
 @pytest.mark.parametrize("share", [1.0, 2.5])
 def test_what_stands_is_what_synchronous_states_has(share: float) -> None:
     machine = MACHINE.with_values({"drum.unbalance": share * 1e-4})
-    states = summary_of(ask(SynchronousStates(), machine))["states"]
+    states = ask(SynchronousStates(), machine).wucht.summary["states"]
     stable = [s["residual_unbalance"] for s in states if s["stable_full"]]
     state = compensated_state(machine, full=True)
     assert state is not None

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import load
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
@@ -74,7 +73,7 @@ def test_machines_without_balancing_bodies(refused: Refused) -> None:
 @pytest.mark.slow
 def test_the_file_of_the_catalogue_gives_what_its_notes_say() -> None:
     study = read_study("sperling-rollers/damping-optimum")
-    s = summary_of(ask(study.spec, study.subject))
+    s = ask(study.spec, study.subject).wucht.summary
     own, best = s["as_it_is"]["checked"], min(p["checked"]["settling-time"] for p in s["front"])
     assert best < 0.8 * own["settling-time"]
     assert s["damping"]["of_rates"] == pytest.approx(1.34e-4, rel=0.03)

@@ -13,7 +13,6 @@ from tests.refusals import refused
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.files.own_equations import OwnEquations, equations_from
-from wucht.results.conventions import summary_of
 from wucht.studies.orbit_branch.figure import figure
 from wucht.studies.orbit_branch.report import report
 from wucht.studies.orbit_branch.spec import OrbitBranch
@@ -41,7 +40,7 @@ def circles() -> Any:
 
 
 def test_circles_and_their_exponents() -> None:
-    s = summary_of(circles())
+    s = circles().wucht.summary
     assert [o["mu"] for o in s["orbits"]] == [0.5, 1.5]
     for orbit in s["orbits"]:
         mu = orbit["mu"]
@@ -53,7 +52,7 @@ def test_circles_and_their_exponents() -> None:
 
 
 def test_its_ends_are_a_hopf_point_and_the_range() -> None:
-    s = summary_of(circles())
+    s = circles().wucht.summary
     ends = {e["kind"]: e for e in s["ends"]}
     assert set(ends) == {"hopf", "range"}
     assert ends["hopf"]["mu"] == pytest.approx(0.0, abs=1e-8)
@@ -71,7 +70,7 @@ def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
 
 def test_a_winding_orbit_ends_at_a_saddle_node() -> None:
     """T = 2 pi/sqrt(p^2 - 1), and no end within the range the other way."""
-    s = summary_of(run(OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0), own(ROTATION)))
+    s = run(OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0), own(ROTATION)).wucht.summary
     assert s["orbits"][0]["period"] == pytest.approx(2 * np.pi / np.sqrt(3), rel=1e-8)
     assert s["branches"][0]["winding"] == {"theta": 1}
     assert [(e["kind"], e["p"]) for e in s["ends"]] == [
@@ -83,7 +82,7 @@ def test_a_winding_orbit_ends_at_a_saddle_node() -> None:
 def test_where_there_is_none_a_sentence_says_what_was_found() -> None:
     """At p < 1 the rotation stands."""
     r = run(OrbitBranch(along="p", range=(0.2, 0.8), until=200.0), own(ROTATION))
-    assert not summary_of(r)["orbits"]
+    assert not r.wucht.summary["orbits"]
     assert "no modulated motion was found" in r.attrs["sentence"]
     assert "settles in a steady state" in r.attrs["sentence"]
     assert len(figure(r).axes) == 1  # no panels of orbits that there are not
@@ -93,7 +92,7 @@ def test_where_there_is_none_a_sentence_says_what_was_found() -> None:
 def test_a_hopf_point_begins_a_branch_where_no_run_finds_an_orbit() -> None:
     """From rest at the origin nothing moves; the Hopf point is found among the equilibria."""
     asked = OrbitBranch(along="mu", range=(-1.0, 1.0), values=(0.5,), ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
-    s = summary_of(run(asked, own(CIRCLE)))
+    s = run(asked, own(CIRCLE)).wucht.summary
     assert s["orbits"][0]["period"] == pytest.approx(2 * np.pi / 2.5, rel=1e-8)
     assert "Hopf point" in s["branches"][0]["begun"]
 
@@ -102,16 +101,16 @@ def test_a_relaxation_oscillation() -> None:
     """x'' - m (1 - x^2) x' + x = 0 at m = 30, where x' is large in a thousandth of a period; its period from SciPy (Radau)."""
     described = {"parameters": {"m": 30.0}, "states": {"x": "v", "v": "m*(1 - x^2)*v - x"}}
     asked = OrbitBranch(along="m", range=(29.9, 30.1), at=30.0, values=(30.0,), start={"x": 0.5})
-    (orbit,) = summary_of(run(asked, own(described)))["orbits"]
+    (orbit,) = run(asked, own(described)).wucht.summary["orbits"]
     assert orbit["period"] == pytest.approx(50.54368648, rel=1e-9)
 
 
 def test_a_run_takes_no_longer_than_it_may() -> None:
     """A period is 2 pi/3: it is seen several times in a run of 30, and not at all in one of 1."""
     asked: dict[str, Any] = {"along": "mu", "range": (0.9, 1.1), "at": 1.0, "values": (1.0,), "start": {"x": 0.5}}
-    (orbit,) = summary_of(run(OrbitBranch(**asked, until=30.0), own(CIRCLE)))["orbits"]
+    (orbit,) = run(OrbitBranch(**asked, until=30.0), own(CIRCLE)).wucht.summary["orbits"]
     assert orbit["period"] == pytest.approx(2 * np.pi / 3, rel=1e-8)
-    (tried,) = summary_of(run(OrbitBranch(**asked, until=1.0), own(CIRCLE)))["tried"]
+    (tried,) = run(OrbitBranch(**asked, until=1.0), own(CIRCLE)).wucht.summary["tried"]
     assert tried["found"] == "at mu = 1 it has settled neither in a steady state nor on an orbit after 1"
 
 
@@ -147,7 +146,7 @@ def test_a_forced_duplicate_value_outside_is_told() -> None:
     """There is no orbit at mu = -0.5: a warning says so."""
     asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(-0.5, 1.0), start={"x": 0.5})
     r = run(asked, own(CIRCLE))
-    assert [o["mu"] for o in summary_of(r)["orbits"]] == [1.0]
+    assert [o["mu"] for o in r.wucht.summary["orbits"]] == [1.0]
     assert "mu = -0.5" in r.attrs["warnings"]
 
 
@@ -193,10 +192,10 @@ def test_an_interrupted_study_goes_on_where_it_was(tmp_path: Path) -> None:
 
     part = run(asked, own(CIRCLE), folder=tmp_path, progress=stop)
     assert not part.attrs["finished"]
-    assert [o["mu"] for o in summary_of(part)["orbits"]] == [0.5]
+    assert [o["mu"] for o in part.wucht.summary["orbits"]] == [0.5]
     assert figure(part).axes
     again, whole = run(asked, own(CIRCLE), folder=tmp_path, resume=True), run(asked, own(CIRCLE))
-    assert summary_of(again) == summary_of(whole)
+    assert again.wucht.summary == whole.wucht.summary
 
 
 # AUTO's demo plp at S0 = 111 (AUTO-07P manual, 2007): a closed branch.
@@ -213,7 +212,7 @@ def isola() -> Any:
 
 
 def test_a_closed_branch_is_described_once() -> None:
-    s = summary_of(isola())
+    s = isola().wucht.summary
     assert [(p["kind"], p["rho"]) for p in s["special_points"]] == [
         ("fold", pytest.approx(4.7221252364, abs=1e-9)),
         ("fold", pytest.approx(2.9862948102, abs=1e-9)),
@@ -241,7 +240,7 @@ def test_what_is_not_located_is_listed_with_its_interval(monkeypatch: pytest.Mon
         "states": {"x": "(1 - x^2 - y^2)*x - 2*y", "y": "2*x + (1 - x^2 - y^2)*y", "z": "(p - z^2)*z"},
     }
     r = run(OrbitBranch(along="p", range=(-0.5, 0.5), at=-0.3, start={"x": 0.5}, values=(-0.2,)), own(symmetric))
-    (point,) = summary_of(r)["special_points"]
+    (point,) = r.wucht.summary["special_points"]
     assert (point["kind"], point["hidden"]) == ("unresolved", "branch-point")
     assert point["between"][0] < 0.0 < point["between"][1]
     assert any("a branch-point that was not located" in line for line in report(r))

@@ -19,7 +19,6 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of as summary
 from wucht.studies.response.maxima import Curve, found_maxima
 from wucht.studies.response.prepare import prepare
 from wucht.studies.response.run import run as answered
@@ -114,14 +113,14 @@ def test_every_variable_says_what_it_is() -> None:
     assert result.speed.attrs["units"] == "rad/s"
     assert result.lag.attrs["units"] == "rad"
     assert result.vibration_torque.attrs["units"] == "N m"
-    assert {"critical_speeds", "peak_amplitude", "peak_torque"} <= set(summary(result))
+    assert {"critical_speeds", "peak_amplitude", "peak_torque"} <= set(result.wucht.summary)
 
 
 def test_sharp_peaks_are_resolved() -> None:
     """Damping ratios of 1e-4 and 1e-6: of 600 even points none would come near. Peaks are found to 1e-9."""
     k1, k2 = math.sqrt(2e4 / 5), math.sqrt(8e4 / 5)
     b1, b2 = 2e-4 * 5 * k1, 2e-6 * 5 * k2
-    s = summary(run(Response(), machine(stiffness=[2e4, 8e4], damping=[b1, b2])))
+    s = run(Response(), machine(stiffness=[2e4, 8e4], damping=[b1, b2])).wucht.summary
     assert len(s["peaks"]) == 2
     for peak, k, b in zip(s["peaks"], (k1, k2), (b1, b2), strict=True):
         sigma = b / 10
@@ -143,7 +142,7 @@ def test_peaks_are_exact() -> None:
             y = -1j * z[1]
             return (abs(z[0] + 1j * y) + abs(z[0] - 1j * y)) / 2
 
-        result = summary(run(Response(), machine(stiffness=[k, 3 * k], damping=[b, 2 * b])))["peaks"]
+        result = run(Response(), machine(stiffness=[k, 3 * k], damping=[b, 2 * b])).wucht.summary["peaks"]
         for peak in result:
             exact = mpmath.findroot(lambda w: mpmath.diff(amplitude, w), peak["speed"])
             assert peak["speed"] == pytest.approx(float(exact), rel=1e-11)
@@ -158,14 +157,14 @@ def test_a_backward_whirl_between_two_critical_speeds() -> None:
     assert (result.minor_axis.values[inside] < 0).all()
     assert (result.minor_axis.values[(result.speed < 0.98 * k1) | (result.speed > 1.02 * k2)] > 0).all()
     assert (np.abs(result.minor_axis) <= result.amplitude).all()
-    assert "between" not in summary(result)["sentence"]
+    assert "between" not in result.wucht.summary["sentence"]
     slower = machine(drive=LINEAR | {"no_load_speed": 90.0}, stiffness=[2e4, 8e4])
-    assert "between them" in summary(run(Response(), slower))["sentence"]
+    assert "between them" in run(Response(), slower).wucht.summary["sentence"]
 
 
 def test_without_damping() -> None:
     result = run(Response(), machine(damping=0.0))
-    s = summary(result)
+    s = result.wucht.summary
     assert s["peak_amplitude"] is None
     assert s["peak_speed"] == pytest.approx(K, rel=1e-12)
     assert s["peaks"] == [{"speed": pytest.approx(K, rel=1e-12), "amplitude": None}]
@@ -173,7 +172,7 @@ def test_without_damping() -> None:
     assert np.isfinite(result.amplitude.values).all()
     assert float(result.amplitude.max()) < 1e7
     command = "nothing damps the resonance at 63.2456 rad/s: there the amplitude is infinite"
-    assert json.loads(result.attrs["warnings"]) == [command]
+    assert result.wucht.warnings == [command]
     for lag in result.lag.values:
         assert lag == pytest.approx(np.where(result.speed < K, 0.0, math.pi), abs=1e-8)
 
@@ -197,34 +196,34 @@ def test_an_infinite_amplitude_counts_where_bodies_are_stable(stable: bool) -> N
 
 
 def test_undamped_in_one_direction() -> None:
-    s = summary(run(Response(), machine(stiffness=[2e4, 8e4], damping=[40.0, 0.0])))
+    s = run(Response(), machine(stiffness=[2e4, 8e4], damping=[40.0, 0.0])).wucht.summary
     assert [p["amplitude"] is None for p in s["peaks"]] == [False, True]
     assert s["peak_torque_speed"] == pytest.approx(K, rel=0.01)
 
 
 def test_at_an_undamped_resonance_in_operation() -> None:
     at_resonance = machine(drive={"kind": "constant-speed", "speed": K}, damping=0.0)
-    s = summary(run(Response(), at_resonance))
+    s = run(Response(), at_resonance).wucht.summary
     assert (s["amplitude_at_free_speed"], s["throw_at_free_speed"]) == (None, None)
 
 
 def test_the_throw_in_operation() -> None:
-    s = summary(run(Response(), machine()))
+    s = run(Response(), machine()).wucht.summary
     throw, w = s["throw_at_free_speed"], s["free_speed"]
     assert throw["stroke"] == pytest.approx(2 * s["amplitude_at_free_speed"], rel=1e-9), "the rotor is in the centre of mass"
     assert throw["machine_number"] == pytest.approx(s["amplitude_at_free_speed"] * w**2 / 9.80665, rel=1e-9)
     assert throw["throw_ratio"] == pytest.approx(1.0)
-    assert summary(run(Response(), load_machine("drozdetskaya-2020/table-5.1")))["throw_at_free_speed"] is None
+    assert run(Response(), load_machine("drozdetskaya-2020/table-5.1")).wucht.summary["throw_at_free_speed"] is None
 
 
 def test_an_undamped_mode_that_nothing_excites() -> None:
     """A rotor in the centre of mass does not turn the carrier."""
     turning = {"directions": "xyr", "inertia": 0.4, "rotation_stiffness": 900.0, "rotation_damping": 0.0}
     result = run(Response(), machine(**turning))
-    assert json.loads(result.attrs["warnings"]) == []
+    assert result.wucht.warnings == []
     assert np.isnan(result.lag.sel(direction="r")).all()
-    assert len(summary(result)["critical_speeds"]) == 2
-    assert len(summary(result)["peaks"]) == 1
+    assert len(result.wucht.summary["critical_speeds"]) == 2
+    assert len(result.wucht.summary["peaks"]) == 1
 
 
 def test_counter_rotating_exciters_move_the_carrier_along_a_line() -> None:
@@ -248,7 +247,7 @@ def test_balanced() -> None:
             {"p": math.pi},
         ),
     ):
-        s = summary(run(Response(bodies="held", start=start), m))
+        s = run(Response(bodies="held", start=start), m).wucht.summary
         assert "nothing excites the carrier" in s["sentence"]
         assert (s["peaks"], s["peak_speed"], s["peak_amplitude"]) == ([], None, 0.0)
         assert s["self_centring_speed"] is None
@@ -266,7 +265,7 @@ def test_a_carrier_that_only_turns() -> None:
     assert result.amplitude.values == pytest.approx(exact, rel=1e-12)
     assert result.amplitude.attrs["units"] == "rad"
     assert np.isnan(result.centre_distance).all()
-    assert summary(result)["self_centring_speed"] is None
+    assert result.wucht.summary["self_centring_speed"] is None
 
 
 def test_losses_are_reported_apart() -> None:

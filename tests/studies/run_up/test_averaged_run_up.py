@@ -19,7 +19,6 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -45,7 +44,7 @@ def drum(sense: int = 1, **changes: Any) -> Machine:
 
 def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
     result = run(RunUp.read({"kind": "run-up", **keys}), machine)
-    return result, summary_of(result)
+    return result, result.wucht.summary
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +53,7 @@ def both() -> xr.Dataset:
 
 
 def test_the_slow_run_ends_like_the_full_one(both: xr.Dataset) -> None:
-    summary = summary_of(both)
+    summary = both.wucht.summary
     slow = summary["slow"]
     assert summary["outcome"] == slow["outcome"] == "compensated"
     assert slow["final_speed"] == pytest.approx(summary["final_speed"], rel=1e-6)
@@ -81,14 +80,14 @@ def test_the_deviations_are_the_differences_of_what_is_stored(both: xr.Dataset) 
     slow = np.interp(both.compared.values, both.slow_angle.values[0], both.slow_speed.values[0])
     full = np.interp(both.compared.values, both.angle.values[0], both.speed.values[0])
     assert both.speed_deviation.values == pytest.approx(full - slow, abs=1e-9)
-    assert np.abs(both.speed_deviation).max() == summary_of(both)["deviations"]["at_equal_angle"]["speed"]
+    assert np.abs(both.speed_deviation).max() == both.wucht.summary["deviations"]["at_equal_angle"]["speed"]
     assert 0.1 < float(np.abs(both.speed_deviation).max()) < 10.0, "O(epsilon) of 200 rad/s, and not nothing"
 
 
 def test_slow_alone_is_slow_beside_full(both: xr.Dataset) -> None:
     alone, summary = answer(drum(), until=12.0, start=START, model="slow")
     assert "slow_speed" not in alone
-    beside = summary_of(both)["slow"]
+    beside = both.wucht.summary["slow"]
     assert summary["outcome"] == beside["outcome"]
     assert summary["final_speed"] == pytest.approx(beside["final_speed"], rel=1e-9)
     at = both.time.values[-1]
@@ -216,8 +215,8 @@ def test_a_moved_carrier_is_left_out_with_a_warning() -> None:
     quiet, _ = answer(machine, until=0.2, start=START, model="slow")
     moved, _ = answer(machine, until=0.2, start=START | {"carrier": {"x": 1e-3}}, model="slow")
     says = "the averaged equations have no free vibration of the carrier: its start is left out"
-    assert says in json.loads(moved.attrs["warnings"])
-    assert says not in json.loads(quiet.attrs["warnings"])
+    assert says in moved.wucht.warnings
+    assert says not in quiet.wucht.warnings
     assert moved.speed.values == pytest.approx(quiet.speed.values, rel=1e-12)
 
 
@@ -344,7 +343,7 @@ def test_ctrl_c_while_the_slow_run_of_both_is_under_way() -> None:
 
     result = run(RunUp(until=1.0, start=START, model="both", engine="scipy"), drum(), progress=stop)
     assert result.attrs["finished"] == 0
-    assert any("interrupted" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("interrupted" in w for w in result.wucht.warnings)
 
 
 @pytest.mark.slow
@@ -359,7 +358,7 @@ def test_a_slow_run_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(watched, "integrate", failing)
     result, summary = answer(drum(), until=1.0, start=START, model="both")
-    assert "averaged equations: the step became too small" in json.loads(result.attrs["warnings"])
+    assert "averaged equations: the step became too small" in result.wucht.warnings
     assert not result.attrs["failure"], "the full run did not fail"
     assert summary["slow"]["outcome"] == "failed"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run
@@ -27,14 +25,14 @@ def asked(**changes: Any) -> RunUp:
 
 def test_each_case_is_what_it_is_alone() -> None:
     result = run(asked(), load_machine(MACHINE))
-    cases = summary_of(result)["cases"]
+    cases = result.wucht.summary["cases"]
     assert result.sizes["case"] == 4
     assert [c["value"] for c in cases] == [1.0, 1.0, 5.0, 5.0]
     assert [c["start"] for c in cases] == [dict(s) for s in STARTS] * 2
     for k, case in enumerate(cases):
         alone = run(RunUp(until=200.0, start=case["start"]), load_machine(MACHINE, {"u": case["value"]}))
         own = {key: v for key, v in case.items() if key not in ("label", "start", "value")}
-        assert own == summary_of(alone)
+        assert own == alone.wucht.summary
         inside = np.isfinite(result.time.values[k])
         # The same grid, but that it is as dense as the fastest case needs.
         assert float(result.speed.values[k][0][inside][-1]) == float(alone.speed.values[0][-1])
@@ -67,7 +65,7 @@ def test_an_interrupted_result_is_continued_and_comes_out_the_same(tmp_path: Pat
     partial = run(asked(until=60.0), machine, folder=tmp_path, progress=_stop_within_the_third)
     assert (partial.attrs["finished"], partial.sizes["case"]) == (0, 2)
     again = run(asked(until=60.0), machine, folder=tmp_path, resume=True)
-    assert json.loads(again.attrs["summary"]) == json.loads(whole.attrs["summary"])
+    assert again.wucht.summary == whole.wucht.summary
     np.testing.assert_array_equal(again.speed.values, whole.speed.values)
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.report import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -27,7 +26,7 @@ def test_the_ripple_within_a_turn_is_no_modulation(gravity: float) -> None:
         "drive": {"kind": "linear", "slope": slope, "no_load_speed": drive},
     })  # fmt: skip
     result = run(RunUp(until=40.0, start={"r": {"speed": drive}}), machine)
-    summary = summary_of(result)
+    summary = result.wucht.summary
     speed = summary["final_speed"]
     beat = speed - frequency
     swing = unbalance * amplitude * frequency**2 / 2 / inertia / math.hypot(beat, slope / inertia) * np.sinc(beat / speed)

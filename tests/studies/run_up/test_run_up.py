@@ -16,7 +16,6 @@ from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -37,7 +36,7 @@ ALONE = (PENDULUM, "", PENDULUM.replace("p1", "p2"), "")
 
 def _run(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
     result = run(RunUp.read({"kind": "run-up", **keys}), machine)
-    return result, summary_of(result)
+    return result, result.wucht.summary
 
 
 @pytest.fixture

@@ -20,7 +20,6 @@ import figure_checks
 from figure_checks import alike
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.results.curves import angle_panel, draw_angles, draw_swings, thinned, without_jumps
 from wucht.results.page import JOURNAL, PRINT
 from wucht.results.store import save_figure
@@ -335,7 +334,7 @@ def test_rotors_that_may_be_entrained_show_their_phase(name, label):
     drawn = draw(result)
     (panel,) = [axis for axis in drawn.axes if axis.get_ylabel() == label]
     assert len(panel.get_lines()) == 1
-    (reported,) = summary_of(result)["rotor_phases"].values()
+    (reported,) = result.wucht.summary["rotor_phases"].values()
     apart = np.degrees(reported) - float(panel.get_lines()[0].get_ydata()[-1])
     assert abs((apart + 180) % 360 - 180) < 2.0  # the ripple within a turn
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -14,7 +13,6 @@ from wucht.dynamics.run_ups.horizon import Horizon, numbers_a_sample
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -40,13 +38,13 @@ def fewest_a_turn(result: xr.Dataset) -> float:
 def test_a_speed_that_is_never_reached_does_not_matter(bearing_damping: float) -> None:
     """It would be 6.4 million rad/s, and the rotor is held at 10.9; without the loss at 10.8833."""
     result = run(RunUp(start=DOWN), captured_rotor(bearing_damping))
-    summary = summary_of(result)
+    summary = result.wucht.summary
     assert summary["free_speed"] == pytest.approx(6.4e-3 / bearing_damping)
     assert summary["outcome"] == "captured"
     assert summary["final_speed"] == pytest.approx(10.8833, abs=1e-3)
     assert result.sizes["time"] < 100_000
     assert fewest_a_turn(result) > 12
-    assert not any("samples a turn" in w for w in json.loads(result.attrs["warnings"]))
+    assert not any("samples a turn" in w for w in result.wucht.warnings)
 
 
 def fast(no_load_speed: float) -> Machine:
@@ -61,7 +59,7 @@ def fast(no_load_speed: float) -> Machine:
 def test_a_speed_beyond_what_is_expected_is_stored_as_densely() -> None:
     """30,000 rad/s are more than twenty times any frequency of the machine."""
     result = run(RunUp(until=0.5), fast(3e4))
-    assert summary_of(result)["final_speed"] == pytest.approx(3e4, rel=0.01)
+    assert result.wucht.summary["final_speed"] == pytest.approx(3e4, rel=0.01)
     assert fewest_a_turn(result) > 12
 
 
@@ -102,10 +100,10 @@ def test_a_motion_that_is_stored_coarsely_has_its_limits() -> None:
     fine, coarse = (run(RunUp(until=60.0, start=DOWN, stored_samples=count), captured_rotor(1e-6)) for count in (None, 300))
     assert "least_speed" not in fine
     assert coarse.sizes["time"] <= 301 < fine.sizes["time"]
-    assert summary_of(coarse)["final_speed"] == pytest.approx(summary_of(fine)["final_speed"], rel=1e-6)
+    assert coarse.wucht.summary["final_speed"] == pytest.approx(fine.wucht.summary["final_speed"], rel=1e-6)
     for name in ("min_speed", "max_speed", "final_amplitude", "min_amplitude", "max_amplitude"):
-        assert summary_of(coarse)[name] == pytest.approx(summary_of(fine)[name], rel=1e-2)
-    (warning,) = (w for w in json.loads(coarse.attrs["warnings"]) if "samples a turn" in w)
+        assert coarse.wucht.summary[name] == pytest.approx(fine.wucht.summary[name], rel=1e-2)
+    (warning,) = (w for w in coarse.wucht.warnings if "samples a turn" in w)
     assert "least_radius" in warning
     assert "study.stored_samples" in warning
     span = np.minimum(np.searchsorted(coarse.span_end.values, fine.time.values), coarse.sizes["span"] - 1)

@@ -1,6 +1,5 @@
 """Verdicts on whole runs, each on a machine made to end that way."""
 
-import json
 import math
 from typing import Any
 
@@ -11,7 +10,6 @@ from wucht.dynamics.run_ups import horizon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -58,10 +56,10 @@ def test_the_end_of_the_captured_branch_is_reported() -> None:
     """Table 3.1 at u = 2.6, just before the fold at 2.6054: steady at 1.016, beyond the maximum of the torque at 1.0155."""
     result = run(RunUp(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": 2.6}))
     assert result.attrs["outcome"] == "passed"
-    assert any("close to its end" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("close to its end" in w for w in result.wucht.warnings)
     beyond = run(RunUp(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": 2.65}))
-    assert summary_of(beyond)["final_speed"] == pytest.approx(1.8644, abs=2e-4)
-    assert json.loads(beyond.attrs["warnings"]) == []
+    assert beyond.wucht.summary["final_speed"] == pytest.approx(1.8644, abs=2e-4)
+    assert beyond.wucht.warnings == []
 
 
 @pytest.mark.slow
@@ -71,7 +69,7 @@ def test_a_rotor_without_drive_runs_down() -> None:
     start = {"d": {"speed": 30.0}}
     early = run(RunUp(until=5.0, start=start), machine)
     assert early.attrs["outcome"] == "unidentified"
-    assert "run at least until" in summary_of(early)["advice"]
+    assert "run at least until" in early.wucht.summary["advice"]
     late = run(RunUp(start=start), machine)
     assert late.attrs["outcome"] == "stopped"
     turns = run(RunUp(turns=1e4, start=start), machine)
@@ -91,7 +89,7 @@ def test_a_rotor_without_losses_swings_for_ever() -> None:
             "bodies": [{"kind": "rotor", "name": "d", "mass": 2.0, "unbalance": 0.05, "inertia": 0.01}]}  # fmt: skip
     result = run(RunUp(until=30.0, start={"d": 0.5}), machine_from(free))
     assert result.attrs["outcome"] == "oscillating"
-    assert summary_of(result)["final_speed"] == pytest.approx(0.0, abs=0.3)
+    assert result.wucht.summary["final_speed"] == pytest.approx(0.0, abs=0.3)
 
 
 def test_beyond_the_speed_limit_it_is_a_runaway() -> None:
@@ -115,7 +113,7 @@ def _advised(machine: Machine, until: float, start: dict[str, Any], most: int = 
     """The outcomes of a run and of those that follow its advice."""
     outcomes: list[str] = []
     while len(outcomes) < most:
-        summary = summary_of(run(RunUp(until=until, start=start), machine))
+        summary = run(RunUp(until=until, start=start), machine).wucht.summary
         outcomes.append(summary["outcome"])
         if summary["advised_time"] is None:
             break
@@ -128,7 +126,7 @@ def _bearing(damping: float) -> dict[str, Any]:
 
 
 def test_a_drive_without_a_no_load_speed_is_captured_too() -> None:
-    summary = summary_of(run(RunUp(start=DOWN), machine_from(T)))
+    summary = run(RunUp(start=DOWN), machine_from(T)).wucht.summary
     assert summary["outcome"] == "captured"
     assert summary["final_speed"] == pytest.approx(10.883, abs=1e-3)
     assert summary["resonance_speed"] == pytest.approx(11.315, abs=1e-3)
@@ -137,7 +135,7 @@ def test_a_drive_without_a_no_load_speed_is_captured_too() -> None:
 def test_so_is_a_series_motor_without_load() -> None:
     motor = {"kind": "dc-series", "voltage": 1.0, "armature_resistance": 5.0, "field_resistance": 2.0, "field_inductance": 0.5,
              "motor_constant": 0.72}  # fmt: skip
-    summary = summary_of(run(RunUp(until=400.0, start=DOWN), machine_from(T | {"drive": motor})))
+    summary = run(RunUp(until=400.0, start=DOWN), machine_from(T | {"drive": motor})).wucht.summary
     assert summary["outcome"] == "captured"
     assert 10.0 < summary["final_speed"] < 11.31
 
@@ -150,7 +148,7 @@ def test_a_beat_that_dies_out_is_not_called_modulated(until: float) -> None:
 
 def test_the_advice_on_a_beat_that_dies_out_follows_its_decay() -> None:
     """Its range falls by the factor e in 37 s: to a thousandth of the speed in 190 s."""
-    advised = summary_of(run(RunUp(until=60.0, start=DOWN), machine_from(T)))["advised_time"]
+    advised = run(RunUp(until=60.0, start=DOWN), machine_from(T)).wucht.summary["advised_time"]
     assert 190 < advised < 1.5 * 190
 
 
@@ -168,7 +166,7 @@ def test_following_the_advice_decides(until: float) -> None:
 @pytest.mark.parametrize("until", [3600.0, 5000.0, 24000.0])
 def test_a_modulation_is_known_after_five_of_its_periods(until: float) -> None:
     start = {"psi": 0.0, "delta": 0.5}
-    summary = summary_of(run(RunUp(until=until, start=start), load_machine("drozdetskaya-2020/table-5.1", {"u": 2.75})))
+    summary = run(RunUp(until=until, start=start), load_machine("drozdetskaya-2020/table-5.1", {"u": 2.75})).wucht.summary
     assert summary["outcome"] == "captured-modulated"
     assert summary["modulation_period"] == pytest.approx(682.576, abs=0.01)
 
@@ -184,12 +182,12 @@ FAST = {
 
 def test_a_steady_run_that_is_stored_coarsely_does_not_beat(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 3.7 samples a turn they beat by aliasing."""
-    fine = summary_of(run(RunUp(until=4.0), machine_from(FAST)))
+    fine = run(RunUp(until=4.0), machine_from(FAST)).wucht.summary
     monkeypatch.setattr(horizon, "MOST_SAMPLES", round(3.7 * 4.0 * 1269.7 / (2 * math.pi)))
     result = run(RunUp(until=4.0), machine_from(FAST))
-    coarse = summary_of(result)
+    coarse = result.wucht.summary
     assert result.sizes["time"] < 3100
-    assert any("3.7 samples a turn" in w for w in json.loads(result.attrs["warnings"]))
+    assert any("3.7 samples a turn" in w for w in result.wucht.warnings)
     assert (coarse["outcome"], coarse["modulation_period"]) == ("passed", None)
     for name in ("final_speed", "settling_time", "final_residual_unbalance"):
         assert coarse[name] == pytest.approx(fine[name], rel=1e-6)
@@ -203,7 +201,7 @@ def test_the_final_speed_is_a_mean_over_whole_turns(until: float) -> None:
     machine = machine_from(
         {"carrier": carrier, "bodies": [body], "drive": {"kind": "linear", "slope": 2e-2, "no_load_speed": 30.0}}
     )
-    assert summary_of(run(RunUp(until=until), machine))["final_speed"] == pytest.approx(29.9690086768, rel=1e-8)
+    assert run(RunUp(until=until), machine).wucht.summary["final_speed"] == pytest.approx(29.9690086768, rel=1e-8)
 
 
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-2])
@@ -213,7 +211,7 @@ def test_the_amplitude_of_a_prescribed_motion_is_its_amplitude(amplitude: float,
     body = {"kind": "rotor", "name": "r", "mass": 1.0, "unbalance": 1e-3, "inertia": 1e-3}
     drive = {"kind": "linear", "slope": 1e-3, "no_load_speed": speed}
     machine = machine_from({"carrier": {"mass": 1.0, "directions": "x", "motion": motion}, "bodies": [body], "drive": drive})
-    assert summary_of(run(RunUp(until=50.0), machine))["final_amplitude"] == pytest.approx(amplitude, rel=1e-4)
+    assert run(RunUp(until=50.0), machine).wucht.summary["final_amplitude"] == pytest.approx(amplitude, rel=1e-4)
 
 
 def test_exciters_that_hang_at_the_resonance_are_synchronised_and_captured() -> None:
@@ -224,13 +222,13 @@ def test_exciters_that_hang_at_the_resonance_are_synchronised_and_captured() -> 
     carrier = {"mass": 8.0, "directions": "x", "stiffness": 3500.0, "damping": 20.0}
     machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
     result = run(RunUp(until=200.0, start={"a": 0.3}), machine)
-    summary = summary_of(result)
+    summary = result.wucht.summary
     assert summary["outcome"] == "synchronised"
     assert summary["rotor_outcomes"] == {"a": "captured", "b": "captured"}
     assert "captured at the resonance: a, b" in result.attrs["sentence"]
     assert summary["final_speed"] == pytest.approx(18.05, abs=0.01)  # of 18.71
     faster = machine_from({"carrier": carrier, "bodies": bodies, "drives": [d | {"slope": 4e-3} for d in drives]})
-    assert summary_of(run(RunUp(until=60.0, start={"a": 0.3}), faster))["rotor_outcomes"] == {"a": "passed", "b": "passed"}
+    assert run(RunUp(until=60.0, start={"a": 0.3}), faster).wucht.summary["rotor_outcomes"] == {"a": "passed", "b": "passed"}
 
 
 @pytest.mark.slow
@@ -240,7 +238,7 @@ def test_exciters_on_a_soft_mounting_are_captured_while_they_still_swing_against
     drives = [{"on": n, "kind": "linear", "slope": 2e-4, "no_load_speed": w} for n, w in (("e1", 100.5), ("e2", 99.5))]
     carrier = {"mass": 90.0, "directions": "x", "stiffness": 4e4, "damping": 80.0}
     machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
-    summary = summary_of(run(RunUp(until=400.0, start={"e2": 0.2}), machine))
+    summary = run(RunUp(until=400.0, start={"e2": 0.2}), machine).wucht.summary
     assert summary["outcome"] == "synchronised"
     assert summary["rotor_outcomes"] == {"e1": "captured", "e2": "captured"}
     both = "captured at the resonance: e1, e2, at 19 % of the speed without vibration"
@@ -269,7 +267,7 @@ def test_a_mirror_image_has_the_mirrored_verdict(document: dict[str, Any], until
     """x -> -x: angles a -> pi - a, speeds change their sign."""
     name = document["bodies"][0]["name"]
     one, other = (
-        summary_of(run(RunUp(until=until, start={name: start}), machine_from(d)))
+        run(RunUp(until=until, start={name: start}), machine_from(d)).wucht.summary
         for d, start in ((document, 0.4), (_mirrored(document), math.pi - 0.4))
     )
     assert one["outcome"] == other["outcome"]
@@ -285,7 +283,7 @@ def test_a_slower_time_scale_slows_the_verdict_down() -> None:
         "bodies": FAST["bodies"],
         "drive": {"kind": "linear", "slope": 0.002, "no_load_speed": 128.9},
     }
-    one, other = (summary_of(run(RunUp(until=t), machine_from(d))) for d, t in ((FAST, 4.0), (slow, 40.0)))
+    one, other = (run(RunUp(until=t), machine_from(d)).wucht.summary for d, t in ((FAST, 4.0), (slow, 40.0)))
     assert one["outcome"] == other["outcome"]
     assert other["settling_time"] == pytest.approx(10 * one["settling_time"], rel=1e-6)
     assert other["final_speed"] == pytest.approx(one["final_speed"] / 10, rel=1e-9)
@@ -295,6 +293,6 @@ def test_a_slower_time_scale_slows_the_verdict_down() -> None:
 def test_a_modulation_is_known_again_in_a_longer_run(until: float) -> None:
     """From cycle to cycle the lag of the pendulums changes by some millionths, which is how well cycles are told apart."""
     machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"u": 3.15})
-    summary = summary_of(run(RunUp(until=until, start={"psi": 3.241, "delta": 0.364}), machine))
+    summary = run(RunUp(until=until, start={"psi": 3.241, "delta": 0.364}), machine).wucht.summary
     assert summary["outcome"] == "captured-modulated"
     assert summary["advice"] is None

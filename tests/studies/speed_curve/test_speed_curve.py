@@ -19,7 +19,6 @@ from wucht.files.catalogue import load_machine
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.jacobian import Jacobian
-from wucht.results.conventions import summary_of
 from wucht.studies.branch_keys import RESERVED
 from wucht.studies.runner import report, run
 from wucht.studies.speed_curve.report import in_words
@@ -43,7 +42,7 @@ def balanced(balls: int = 3, **drive: Any) -> Machine:
 
 
 def summary(subject: Any, **asked: Any) -> dict[str, Any]:
-    return summary_of(run(SpeedCurve(**asked), subject))
+    return run(SpeedCurve(**asked), subject).wucht.summary
 
 
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
@@ -95,7 +94,7 @@ def test_a_range_without_states_of_a_name_says_so() -> None:
 def test_a_pitchfork_of_compensation_and_together() -> None:
     """Two equal pendulums just compensate the rotor at s = 2: type I begins there, and type II is stable beyond."""
     r = run(SpeedCurve(along="s", range=[0.5, 4.0]), load_machine(TABLE))
-    s = summary_of(r)
+    s = r.wucht.summary
     (point,) = [p for p in s["special_points"] if p["kind"] == "branch-point"]
     assert (point["s"], point["speed"]) == pytest.approx((2.0, 2.0), abs=1e-9)
     assert (point["state"]["psi"], point["state"]["delta"]) == pytest.approx((math.pi, 0.0), abs=1e-6)
@@ -114,7 +113,7 @@ def test_families_are_followed_modulo_the_family() -> None:
     """Three equal pendulums: a family of dimension 1 compensates, at the speed without vibration."""
     machine = balanced(3, no_load_speed=180.0).with_unchecked({"drum.bearing_damping": 1e-4})
     r = run(SpeedCurve(along="drive.slope", range=[1e-4, 0.05], points=3), machine)
-    s = summary_of(r)
+    s = r.wucht.summary
     (family,) = [b for b in s["branches"] if b["family_dimension"]]
     assert family["name"] == "compensating" and family["family_dimension"] == 1 and family["range"] == [1e-4, 0.05]
     assert sum("form families of dimension 1" in w for w in r.wucht.warnings) == 1
@@ -176,7 +175,7 @@ def test_the_speed_given_by_the_drive_is_a_parameter_too() -> None:
         SpeedCurve(along="drive.speed", range=[150, 400], only="compensating", points=1),
         load_machine("sperling-rollers/table-1"),
     )
-    s = summary_of(r)
+    s = r.wucht.summary
     assert [b["stable"] for b in s["branches"]] == [[[150, 400]]] * 2
     assert r.speed.values == pytest.approx(r.value.values, rel=1e-12)
     phases = sorted(np.degrees(x["state"]["r1.phase"]) for x in s["states"])
@@ -239,7 +238,7 @@ def test_kinds_in_words() -> None:
 def test_the_centrifuge_has_a_stretch_on_which_only_some_members_compensate() -> None:
     asked = {"along": "drive.no_load_speed", "range": ["60 rad/s", "100 rad/s"], "points": 1, "only": "compensating"}
     r = run(SpeedCurve(**asked), load_machine("practice/laboratory-centrifuge"))
-    s = summary_of(r)
+    s = r.wucht.summary
     (family,) = s["branches"]
     ((begins, some_end),), ((all_begin, ends),) = family["partly_stable"], family["stable"]
     assert 66 < begins < 67 and 75.5 < some_end == all_begin < 77 and ends == 100
@@ -256,8 +255,8 @@ def test_of_the_grinders_compensating_states_a_few_are_unstable_at_any_speed() -
     machine = load_machine("practice/angle-grinder")
     asked = {"along": "drive.no_load_speed", "range": ["1000 rad/s", "1152 rad/s"], "points": 1, "only": "compensating"}
     r = run(SpeedCurve(**asked), machine)
-    (family,) = summary_of(r)["branches"]
-    (own,) = summary_of(r)["states"]
+    (family,) = r.wucht.summary["branches"]
+    (own,) = r.wucht.summary["states"]
     assert family["stable"] == [] and family["partly_stable"] == [[pytest.approx(1000), pytest.approx(1152)]]
     assert not own["stable"] and 0.99 < own["stable_share"] < 1
     assert any(line.startswith("  partly") and "of the family's members are stable" in line for line in report(r))
@@ -297,7 +296,7 @@ AB_RANGES = {"u1": [0, 1], "u2": [0, 10]}
 def test_own_equations_and_the_plane_of_two_parameters() -> None:
     """AUTO-07p, demo ab: Hopf points and folds at p2 = 18. The cusp by hand: p2 = 16, p1 = exp(-2)."""
     r = run(SpeedCurve(along="p1", range=[0.0, 0.5], second="p2", second_range=[5.0, 20.0], ranges=AB_RANGES), AB_18)
-    s = summary_of(r)
+    s = r.wucht.summary
     assert [(p["kind"], p["p1"]) for p in s["special_points"]] == [
         (kind, pytest.approx(value, rel=5e-8))
         for kind, value in
@@ -344,7 +343,7 @@ def test_interrupted_and_resumed_it_is_the_same(tmp_path: Path) -> None:
     assert not begun.attrs["finished"] and looked == sorted(looked)
     assert any("the search is not finished" in w for w in begun.wucht.warnings)
     resumed = run(spec, machine, folder=tmp_path / "r", resume=True, progress=stop)
-    assert summary_of(resumed) == summary_of(whole)
+    assert resumed.wucht.summary == whole.wucht.summary
     assert resumed.drop_attrs().identical(whole.drop_attrs())
 
 
@@ -353,4 +352,4 @@ def test_the_inertia_is_left_out_of_the_dissertations_machines_only() -> None:
     """R1 in its own units has five states, Table 5.1 three: (4.60)-(4.62)."""
     assert summary(load_machine(TABLE), along="u", range=[1, 2], points=1)["inertia"] is False
     r = run(SpeedCurve(along="drive.slope", range=[1e-3, 2e-3], points=1), load_machine("drozdetskaya-2020/r1"))
-    assert summary_of(r)["inertia"] is True and r.sizes["state"] == 5
+    assert r.wucht.summary["inertia"] is True and r.sizes["state"] == 5

@@ -13,7 +13,6 @@ import wucht
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.numerics.periodic.fold_pairs import FoldPairs
-from wucht.results.conventions import summary_of
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.stability_map.map_parts import numbered
@@ -53,7 +52,7 @@ def cusp() -> Any:
 
 def test_folds_of_a_cusp(cusp: Any) -> None:
     """x' = p + r x - x^3 folds at 27 p^2 = 4 r^3: inside there are two stable states, outside one."""
-    summary = summary_of(cusp)
+    summary = cusp.wucht.summary
     (points,) = summary["boundaries"].values()
     p, r = np.array(points).T
     np.testing.assert_allclose(27 * p**2, 4 * r**3, atol=1e-8)
@@ -105,7 +104,7 @@ def test_what_does_not_fit_is_refused(changed: dict[str, Any], refusal: Refusal)
 @pytest.mark.slow
 def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
     asked: dict[str, Any] = {"along": "p", "range": [-0.6, 0.5], "second": "s", "second_range": [0.5, 1.3], "cells": 3}
-    summary = summary_of(run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM))
+    summary = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM).wucht.summary
     hopf, fold = (np.array(summary["boundaries"][name]) for name in ("hopf: steady states", "modulated motion: fold"))
     np.testing.assert_allclose(hopf[:, 0], 0.0, atol=1e-8)
     np.testing.assert_allclose(fold[:, 0], -(fold[:, 1] ** 2) / 4, atol=1e-6)
@@ -120,7 +119,7 @@ def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
     """Left of the Hopf point the state at rest is stable all over; only runs from afar come to the other motion."""
     asked: dict[str, Any] = {"along": "p", "range": [-0.6, -0.05], "second": "s", "second_range": [0.8, 1.2], "cells": 2}
     result = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM)
-    summary = summary_of(result)
+    summary = result.wucht.summary
     fold = np.array(summary["boundaries"]["modulated motion: fold"])
     np.testing.assert_allclose(fold[:, 0], -(fold[:, 1] ** 2) / 4, atol=1e-6)
     share = (-0.05 + np.mean(np.linspace(0.8, 1.2, 201) ** 2) / 4) / 0.55
@@ -134,15 +133,15 @@ def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
 
 def test_what_was_not_sought_is_not_called_absent(cusp: Any) -> None:
     assert cusp.attrs["sentence"].endswith("; modulated motions were not sought")
-    assert summary_of(cusp)["runs"] == 0
-    assert not any("nothing else" in each["label"] for each in summary_of(cusp)["regions"])
+    assert cusp.wucht.summary["runs"] == 0
+    assert not any("nothing else" in each["label"] for each in cusp.wucht.summary["regions"])
 
 
 @pytest.mark.slow
 def test_modulated_motion_of_two_unequal_pendulums() -> None:
     """At small slopes the pendulums lag and rotate, though the steady state that compensates is stable all over the plane."""
     asked: dict[str, Any] = {"along": "drive.slope", "range": [0.002, 0.03], "second": "r1.unbalance"}
-    summary = summary_of(run(StabilityMap(**asked, second_range=[0.006, 0.018], cells=4), machine_from(UNEQUAL)))
+    summary = run(StabilityMap(**asked, second_range=[0.006, 0.018], cells=4), machine_from(UNEQUAL)).wucht.summary
     assert summary["everywhere"] == ["compensating"]
     assert sum(r["share"] for r in summary["regions"] if "modulated motion stable" in r["label"]) == pytest.approx(
         0.43, abs=0.03
@@ -154,7 +153,7 @@ def test_modulated_motion_of_two_unequal_pendulums() -> None:
     for slope, outcome in ((0.005, "captured-modulated"), (at + 0.002, "compensated")):
         machine = machine_from(UNEQUAL).with_values({"drive.slope": slope})
         for start in ({"p1": 1.0}, {"p1": 2.5, "p2": -1.0}):
-            assert summary_of(run(RunUp(settled=True, model="slow", start=start), machine))["outcome"] == outcome
+            assert run(RunUp(settled=True, model="slow", start=start), machine).wucht.summary["outcome"] == outcome
 
 
 def test_interrupted_maps_are_kept() -> None:
@@ -191,7 +190,7 @@ def two_pairs() -> Any:
 @pytest.mark.slow
 def test_curves_of_folds_that_cross() -> None:
     """And where Newton's method does not find the place, that is said."""
-    (mark,) = summary_of(two_pairs())["points"]
+    (mark,) = two_pairs().wucht.summary["points"]
     assert (mark["kind"], mark["p"], mark["r"]) == ("two folds at once", pytest.approx(0, abs=1e-8), pytest.approx(0, abs=1e-8))
 
 
@@ -201,6 +200,6 @@ def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(FoldPairs, "near", lost)
     result = two_pairs()
-    assert summary_of(result)["points"] == []
+    assert result.wucht.summary["points"] == []
     assert "where two curves of folds cross near p = " in result.attrs["warnings"]
     assert "is not located: no point was found" in result.attrs["warnings"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from itertools import count
@@ -20,7 +19,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
-from wucht.results.conventions import summary_of
 from wucht.studies.memory import Memory
 from wucht.studies.runner import draw, report, run
 from wucht.studies.sweep.prepare import prepare
@@ -36,7 +34,7 @@ def machine() -> Machine:
 
 
 def warnings(result: xr.Dataset) -> list[str]:
-    sentences: list[str] = json.loads(result.attrs["warnings"])
+    sentences: list[str] = result.wucht.warnings
     return sentences
 
 
@@ -58,7 +56,7 @@ def test_both_ways_are_stored(both: xr.Dataset) -> None:
 
 
 def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
-    low, high = summary_of(both)["hysteresis"]
+    low, high = both.wucht.summary["hysteresis"]
     up, down = both.sel(direction="up"), both.sel(direction="down")
     apart = np.abs(up.speed.values - np.interp(up.value, down.value[::-1], down.speed[::-1]))
     inside = (up.value.values > low) & (up.value.values < high)
@@ -70,9 +68,9 @@ def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
 @pytest.mark.parametrize("rate", [0.5, 0.05])
 def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset, rate: float) -> None:
     """The ramp itself jumps late: at 0.05 (rad/s)/s by more than 0.2 rad/s. What is result is the fold all the same."""
-    expected = summary_of(both)["jumps"][0]
+    expected = both.wucht.summary["jumps"][0]
     result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=rate, direction="up"), machine)
-    (jump,) = summary_of(result)["jumps"]
+    (jump,) = result.wucht.summary["jumps"]
     assert jump[OMEGA_1] == pytest.approx(expected[OMEGA_1], rel=1e-4)
     for key in ("from_speed", "to_speed"):  # next to the fold the speed changes with the root of the distance
         assert jump[key] == pytest.approx(expected[key], rel=1e-3)
@@ -84,7 +82,7 @@ def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset
 @pytest.mark.slow
 def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
     question = Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.01, direction="up", jump_tolerance=1e-5)
-    (jump,) = summary_of(run(question, machine))["jumps"]
+    (jump,) = run(question, machine).wucht.summary["jumps"]
     low, high = jump["bracket"]
     assert 0 < high - low <= 1.001e-5 * high
     assert low - (high - low) <= jump[OMEGA_1] <= high + (high - low)
@@ -95,30 +93,30 @@ def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
 def test_down_alone_begins_at_the_upper_end(machine: Machine) -> None:
     result = run(Sweep(along=OMEGA_1, range=(8.0, 12.0), rate=0.02, direction="down"), machine)
     assert float(result.value[0, 0]) > 11.9
-    (jump,) = summary_of(result)["jumps"]
+    (jump,) = result.wucht.summary["jumps"]
     assert jump["direction"] == "down"
     assert jump[OMEGA_1] == pytest.approx(8.8997, rel=1e-4)
-    assert summary_of(result)["hysteresis"] is None
+    assert result.wucht.summary["hysteresis"] is None
 
 
 def test_a_strong_drive_does_not_jump(machine: Machine) -> None:
     result = run(Sweep(along=OMEGA_1, range=(5.0, 8.0), rate=0.02), machine.with_values({"drive.slope": 2e-4}))
-    assert summary_of(result)["jumps"] == []
+    assert result.wucht.summary["jumps"] == []
     assert "no jump" in result.attrs["sentence"]
 
 
 def test_steep_is_no_jump(machine: Machine) -> None:
     """Just beyond the cusp the curve is nearly vertical, but both ways agree."""
     result = run(Sweep(along=OMEGA_1, range=(6.0, 11.0), rate=0.01), machine.with_values({"carrier.damping": 2.2}))
-    assert summary_of(result)["jumps"] == []
+    assert result.wucht.summary["jumps"] == []
 
 
 @pytest.mark.slow
 def test_another_parameter_of_a_dimensionless_machine() -> None:
     """002, Table 3.1: the folds of the Laval rotor are at twice the u of the carrier with one direction (cases.md)."""
     result = run(Sweep(along="u", range=(1.0, 7.0), rate=2e-4), load_machine("drozdetskaya-2020/table-3.1-laval"))
-    assert summary_of(result)["rate_unit"] == "a unit of time"
-    up, down = summary_of(result)["jumps"]
+    assert result.wucht.summary["rate_unit"] == "a unit of time"
+    up, down = result.wucht.summary["jumps"]
     assert up["u"] == pytest.approx(2 * 2.6053860, rel=1e-4)
     assert up["from_speed"] == pytest.approx(1.0213376, rel=2e-4)
     assert down["u"] == pytest.approx(2 * 0.8937191, rel=1e-4)
@@ -154,7 +152,7 @@ def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, call: int) -> 
 def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, question: Sweep) -> None:
     result = run(question, machine, progress=stop_at(20, "jump"))
     assert result.attrs["finished"] == 0
-    assert summary_of(result)["jumps"] == []
+    assert result.wucht.summary["jumps"] == []
     assert list(result.direction.values) == ["up"]
     assert np.isfinite(result.speed).all()
 
@@ -208,7 +206,7 @@ def test_resumed_it_is_the_uninterrupted_one(
 ) -> None:
     """From the files, to the last bit: stopped while settling, on either way, or while jumps are looked for."""
     question, whole, asked = there_and_back
-    assert len(summary_of(whole)["jumps"]) == 2
+    assert len(whole.wucht.summary["jumps"]) == 2
     assert run(question, machine, folder=tmp_path, progress=stop_at(1 + int(share * asked))).attrs["finished"] == 0
     assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
     assert len(computed) == len(set(computed)), "no unit was computed again"
@@ -298,7 +296,7 @@ def test_progress_grows(machine: Machine) -> None:
 @pytest.mark.slow
 def test_scipy_finds_the_same(machine: Machine) -> None:
     asked: dict[str, Any] = {"rate": 0.02, "direction": "up", "jump_tolerance": 1e-3, "tolerance": 1e-8, "engine": "scipy"}
-    (jump,) = summary_of(run(Sweep(along=OMEGA_1, range=(9.0, 10.6), **asked), machine))["jumps"]
+    (jump,) = run(Sweep(along=OMEGA_1, range=(9.0, 10.6), **asked), machine).wucht.summary["jumps"]
     assert jump[OMEGA_1] == pytest.approx(9.8298, rel=1e-3)
 
 
@@ -356,7 +354,7 @@ def test_a_prescribed_motion_is_swept(drive: Any, motion: Any, along: str, span:
         Sweep(along=along, range=span, rate=rate, direction="up"),
         machine_from({"carrier": carrier, "bodies": [rotor], "drive": {"on": "drum"} | drive}),
     )
-    assert summary_of(swept)["energy_residual"] < 1e-9
+    assert swept.wucht.summary["energy_residual"] < 1e-9
 
 
 def test_the_rate_may_have_a_unit(machine: Machine) -> None:

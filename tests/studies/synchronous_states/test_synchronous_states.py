@@ -337,7 +337,7 @@ def test_bodies_of_a_track_that_overlap_are_marked() -> None:
 def test_released_bodies() -> None:
     result = run(SynchronousStates(), load_machine("sperling-vibration/figure-4"))
     assert "b1 is taken as released" in result.attrs["warnings"]
-    state = json.loads(result.attrs["summary"])["states"][0]
+    state = result.wucht.summary["states"][0]
     assert [round(math.degrees(p), 2) for p in state["phases"].values()] == [128.68, 231.32]
     assert state["stable_full"]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from pathlib import Path
@@ -15,7 +14,6 @@ from interrupting import assert_same, stop_at
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
 from wucht.studies.synchronous_states import run as running
@@ -96,10 +94,10 @@ def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path,
 def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
     """After two of six states: all stand in the result, as the averaged equations have them."""
     m = machine(0.012, 0.008)
-    whole = summary_of(ask(SynchronousStates(), m))["states"]
+    whole = ask(SynchronousStates(), m).wucht.summary["states"]
     result = ask(SynchronousStates(), m, folder=tmp_path, progress=stop_at(3, "multipliers"))
     assert result.attrs["finished"] == 0
-    states = summary_of(result)["states"]
+    states = result.wucht.summary["states"]
     assert len(states) == len(whole)
     waiting = [s for s in states if s["stable_full"] is None]
     assert len(waiting) == len(states) - 2
@@ -119,12 +117,12 @@ def test_a_map_that_is_not_complete_says_so(tmp_path: Path) -> None:
     m, question = machine(0.012, 0.008), SynchronousStates(axes=AXES, full=False)
     whole = ask(question, m)
     result = ask(question, m, folder=tmp_path, progress=stop_at(3, "the map"))
-    assert "4 of 9 rows of the map are computed" in json.loads(result.attrs["warnings"])
+    assert "4 of 9 rows of the map are computed" in result.wucht.warnings
     assert np.array_equal(result.map_stable.values, whole.map_stable.values[:, :4])
     assert np.array_equal(result.map_ratio.values, whole.map_ratio.values[:4])
     draw(result)
     none = ask(question, m, folder=tmp_path, progress=stop_at(1, "the map"))
-    assert "0 of 9 rows of the map are computed" in json.loads(none.attrs["warnings"])
+    assert "0 of 9 rows of the map are computed" in none.wucht.warnings
     assert "map_stable" not in none
     draw(none)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +18,6 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.torque_balance.prepare import prepare
 from wucht.studies.torque_balance.spec import TorqueBalance
@@ -44,7 +42,7 @@ def machine(drive: Any = INDUCTION, loads: Any = (FAN,), bodies: Any = (ROTOR,),
 
 
 def summary(m: Machine, **question: Any) -> dict[str, Any]:
-    return summary_of(run(TorqueBalance(**question), m))
+    return run(TorqueBalance(**question), m).wucht.summary
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1e-9])
@@ -177,7 +175,7 @@ def test_curves_that_touch() -> None:
     """At the fold itself: noted as touching, not stable."""
     u = slope_at_the_fold() * (1 - 1e-12)
     result = run(TorqueBalance(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": u}))
-    crossing, touching = json.loads(result.attrs["summary"])["working_points"]
+    crossing, touching = result.wucht.summary["working_points"]
     assert crossing["stable"]
     assert touching["speed"] == pytest.approx(1.4239669, abs=1e-7)
     assert touching["tangential"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for an activation."""
-    s, (speed, length) = summary_of(result), formats(result, result.peak.attrs["units"])
+    s, (speed, length) = result.wucht.summary, formats(result, result.peak.attrs["units"])
     alike: dict[str, list[str]] = {}
     for p in s["pendulums"]:
         for k, opening in enumerate(p["opening"]):

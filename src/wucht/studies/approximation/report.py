@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ _VERDICTS = {True: "TRUSTED", False: "NOT TRUSTED", None: "NOT DECIDED"}
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for an approximation."""
-    s = summary_of(result)
+    s = result.wucht.summary
     speed, length = formats(result, s["amplitude_unit"])
 
     def compared(d: dict[str, Any]) -> str:

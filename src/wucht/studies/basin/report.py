@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ _UNIDENTIFIED = "unidentified"
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a map of basins."""
-    s = summary_of(result)
+    s = result.wucht.summary
     levels = s["levels"]
     first, last = (" x ".join(map(str, levels[k]["cells"])) for k in (0, -1))
     halved = f", at the borders halved to those of {last}" if len(levels) > 1 else ""

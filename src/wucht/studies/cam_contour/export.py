@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -20,7 +19,6 @@ from wucht.cams.workshop.plc_files import Form
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
-from wucht.results.conventions import summary_of
 from wucht.results.store import prepare_folder
 
 if TYPE_CHECKING:
@@ -64,7 +62,7 @@ def write_workshop(
     Returns the files, each with how far what was read lies from what it stands for. Raises ``InputError`` where the result has
     no points to mill, ``RunError`` where a file cannot be written or does not hold what was to be in it.
     """
-    summary = summary_of(result)
+    summary = result.wucht.summary
     if summary["undercut"] or not result.sizes["mill_point"]:
         raise InputError("result", None, "it has no points to mill: some of the contour is cut away", code="no-points")
     drive = drive_of(result)
@@ -99,7 +97,7 @@ def points_to_mill(result: xr.Dataset, cam: str) -> PointList:
 
 def drive_of(result: xr.Dataset) -> CamDrive:
     """The drive that a result tells of, but for its shaft and its speed. Raises ``InputError``."""
-    facts: Mapping[str, Any] = json.loads(result.attrs["input"])["machine"]
+    facts: Mapping[str, Any] = result.wucht.machine
     tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
     tables["law"] = _as_in_a_file(tables["law"])
     return drive_from(tables, str(facts["title"]), Path())

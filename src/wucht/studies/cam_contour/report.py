@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ _CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a cam's contour."""
-    s = summary_of(result)
+    s = result.wucht.summary
     lines: list[tuple[str, str]] = []
     for name, cam in s["cams"].items():
         lines += _of_cam(_CALLED[name], cam)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ _CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a correction."""
-    s = summary_of(result)
+    s = result.wucht.summary
     lines = [*_shaft(result, s), *_motion(s), *_left(s), *_contours(s)]
     if s["measured"] is not None:
         lines += _measured(s["measured"], s)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wucht.cams.laws.synthesis import Band
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.cam_law.prepare import Plan
 from wucht.studies.cam_law.run import Findings
 
@@ -19,47 +19,72 @@ NAMES = ("position", "velocity", "acceleration", "jerk")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a motion law.
+    """The Dataset of a motion law."""
+    quantities = [*_of_motion(plan, findings), *_of_restrictions(plan, findings), *_of_whole(plan, findings)]
+    return answer(quantities, _sentence(plan), _warnings(findings))
 
-    Coordinates: cam_angle (N), order (K, from 1), restriction (R). position, velocity, acceleration, jerk (cam_angle): the
-    motion and its derivatives by the cam angle. mean, cosine, sine, amplitude (order). Of each restriction: restricted (0 to 3,
-    -1 for a cap of a harmonic), harmonic, begin, end, low, high, least, greatest.
-    """
-    import xarray as xr_
 
-    f, unit, asked = findings, plan.motion.unit, plan.motion.restrictions
-    bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in asked]
-    by_angle = [unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"]
+def _of_motion(plan: Plan, f: Findings) -> list[Quantity]:
+    """The motion and its derivatives over the cam angle, and its harmonics."""
+    unit = plan.motion.unit
     called = ["motion of the output", *(f"{name} by the cam angle" for name in NAMES[1:])]
-    data = {
-        **{n: variable("cam_angle", d, c, u) for n, d, c, u in zip(NAMES, f.derivatives, called, by_angle, strict=True)},
-        "mean": variable("", f.harmonics.mean, "mean of the motion", unit),
-        "cosine": variable("order", f.harmonics.cosine, "cosine coefficient", unit),
-        "sine": variable("order", f.harmonics.sine, "sine coefficient", unit),
-        "amplitude": variable("order", f.harmonics.amplitudes, "amplitude", unit),
-        "restricted": variable("restriction", [b.order for b in bands], "derivative that is restricted"),
-        "harmonic": variable(
-            "restriction", [0 if isinstance(r, Band) else r.harmonic for r in asked], "harmonic that is capped"
-        ),
-        "begin": variable("restriction", [b.begin for b in bands], "begin of the arc", "rad"),
-        "end": variable("restriction", [b.end for b in bands], "end of the arc", "rad"),
-        "low": variable("restriction", [b.low for b in bands], "least value allowed"),
-        "high": variable("restriction", [b.high for b in bands], "greatest value allowed"),
-        "least": variable("restriction", f.met[:, 0], "least value"),
-        "greatest": variable("restriction", f.met[:, 1], "greatest value"),
-    }
-    coordinates = {
-        "cam_angle": variable("cam_angle", f.angles, "cam angle", "rad"),
-        "order": variable("order", np.arange(1, f.harmonics.count + 1), "order"),
-        "restriction": variable("restriction", [r.name for r in asked], "restriction"),
-    }
-    summary = _summary(plan, findings)
-    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, summary["sentence"], _warnings(summary))
+    derivatives = zip(NAMES, f.derivatives, called, _units(plan), strict=True)
+    return [
+        Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
+        *(Quantity(name, values, what, per, "cam_angle") for name, values, what, per in derivatives),
+        Quantity("mean", f.harmonics.mean, "mean of the motion", unit, ""),
+        Quantity("order", np.arange(1, f.harmonics.count + 1), "order", "", "order"),
+        Quantity("cosine", f.harmonics.cosine, "cosine coefficient", unit, "order"),
+        Quantity("sine", f.harmonics.sine, "sine coefficient", unit, "order"),
+        Quantity("amplitude", f.harmonics.amplitudes, "amplitude", unit, "order"),
+    ]
 
 
-def _warnings(summary: dict[str, Any]) -> list[str]:
+def _units(plan: Plan) -> list[str]:
+    """Of the motion and its derivatives by the cam angle."""
+    return [f"{plan.motion.unit}{per}" for per in ("", "/rad", "/rad^2", "/rad^3")]
+
+
+def _of_restrictions(plan: Plan, f: Findings) -> list[Quantity]:
+    """What was asked, on which arc, and what the motion has there."""
+    restrictions = plan.motion.restrictions
+    bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in restrictions]
+    harmonics = [0 if isinstance(r, Band) else r.harmonic for r in restrictions]
+    along = "restriction"
+    return [
+        Quantity("restriction", [r.name for r in restrictions], "restriction", "", along),
+        Quantity("restricted", [b.order for b in bands], "derivative that is restricted, -1: a harmonic is capped", "", along),
+        Quantity("harmonic", harmonics, "harmonic that is capped", "", along),
+        Quantity("begin", [b.begin for b in bands], "begin of the arc", "rad", along),
+        Quantity("end", [b.end for b in bands], "end of the arc", "rad", along),
+        Quantity("low", [b.low for b in bands], "least value allowed", "", along),
+        Quantity("high", [b.high for b in bands], "greatest value allowed", "", along),
+        Quantity("least", f.met[:, 0], "least value", "", along),
+        Quantity("greatest", f.met[:, 1], "greatest value", "", along),
+    ]
+
+
+def _of_whole(plan: Plan, f: Findings) -> list[Quantity]:
+    """What the summary has beside it."""
+    unit, units, harmonics = plan.motion.unit, _units(plan), f.harmonics
+    peaks = {name: (f"largest {name}", per) for name, per in zip(NAMES, units, strict=True)}
+    rise = None if f.rise is None else dict(zip(NAMES[1:], f.rise.tolist(), strict=True))
+    coefficients = {"mean": harmonics.mean, "cosine": harmonics.cosine.tolist(), "sine": harmonics.sine.tolist()}
+    return [
+        Quantity("unit", unit, "unit of the motion"),
+        Quantity("stroke", f.greatest - f.least, "stroke", unit),
+        Quantity("harmonics", plan.motion.count, "number of harmonics"),
+        Quantity("ripple", _ripple(plan, f), "largest deviation from what is asked in dwells", unit, headline=True),
+        Quantity("peaks", dict(zip(NAMES, f.peaks.tolist(), strict=True)), "largest values", parts=peaks, headline=NAMES[1:]),
+        Quantity("acceleration_jumps", f.jump, "largest jump of the acceleration", units[2]),
+        Quantity("rise", rise, "largest values of a rise of 1 over an arc of 1"),
+        Quantity("coefficients", coefficients, "coefficients of the harmonics", unit),
+    ]
+
+
+def _warnings(f: Findings) -> list[str]:
     """A jump of the acceleration is a shock."""
-    if not summary["acceleration_jumps"]:
+    if not f.jump:
         return []
     ends = "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there"
     return [f"{ends}: for slow shafts alone; a polynomial or a sine law does not jump"]
@@ -67,31 +92,14 @@ def _warnings(summary: dict[str, Any]) -> list[str]:
 
 def _ripple(plan: Plan, f: Findings) -> float | None:
     """The largest deviation from what is asked on the arcs that are to be as tight as they can be, or else in the dwells."""
-    asked = plan.motion.restrictions
-    kept = {r.name for r in asked if r.widened} or {band.name for band in plan.motion.dwells}
-    found = zip(asked, f.met, strict=True)
-    off = [np.abs(met - (r.low + r.high) / 2).max() for r, met in found if isinstance(r, Band) and r.name in kept]
+    restrictions = plan.motion.restrictions
+    kept = {r.name for r in restrictions if r.widened} or {band.name for band in plan.motion.dwells}
+    pairs = zip(restrictions, f.met, strict=True)
+    off = [np.abs(met - (r.low + r.high) / 2).max() for r, met in pairs if isinstance(r, Band) and r.name in kept]
     return float(max(off)) if off else None
 
 
-def _summary(plan: Plan, f: Findings) -> dict[str, Any]:
-    summary: dict[str, Any] = {
-        "sentence": "",
-        "unit": plan.motion.unit,
-        "stroke": f.greatest - f.least,
-        "harmonics": plan.motion.count,
-        "ripple": _ripple(plan, f),
-        "peaks": dict(zip(NAMES, f.peaks.tolist(), strict=True)),
-        "acceleration_jumps": f.jump,
-        "rise": None if f.rise is None else dict(zip(NAMES[1:], f.rise.tolist(), strict=True)),
-        "coefficients": {
-            "mean": f.harmonics.mean,
-            "cosine": f.harmonics.cosine.tolist(),
-            "sine": f.harmonics.sine.tolist(),
-        },
-    }
-    count = plan.motion.count
+def _sentence(plan: Plan) -> str:
+    count, restricted = plan.motion.count, len(plan.motion.restrictions)
     made = "a motion by its points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
-    restricted = len(plan.motion.restrictions)
-    summary["sentence"] = made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")
-    return summary
+    return made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ _BEST = 3  # motions of the elastic output that are named
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a prediction."""
-    s, (speed, _) = summary_of(result), formats(result)
+    s, (speed, _) = result.wucht.summary, formats(result)
     above, power = s["above"], s["power"]
     most = f"; without a drive there is a corrected cam up to {s['inertia_ratio_limit']:.3g}"
     ratio = f"of the output at most {s['inertia_ratio']:.3g} of the shaft's"

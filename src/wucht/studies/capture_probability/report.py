@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines, percent
 
 if TYPE_CHECKING:
@@ -13,7 +12,7 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a probability."""
-    s = summary_of(result)
+    s = result.wucht.summary
     lines = [("random" if not k else "", f"{name} {words}") for k, (name, words) in enumerate(s["random"].items())]
     for k, one in enumerate(p for p in s["probability"] if p is not None):
         value = f"{s['along']} = {one[s['along']]:.5g}" + (f" {s['unit']}" if s["unit"] else "")

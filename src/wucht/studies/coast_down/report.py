@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ _STARTS = {
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a coast-down."""
-    s = summary_of(result)
+    s = result.wucht.summary
     second = "" if result.attrs["dimensionless"] else " s"
     speed, length = formats(result, result.amplitude.attrs["units"])
     label = "" if s["outcome"] is None else f"{s['outcome'].upper()}: "

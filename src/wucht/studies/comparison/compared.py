@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.conventions import assumed_of, summary_of
 from wucht.results.curves import thinned
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import study_of
@@ -35,7 +33,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Compared:
-    """Of one variant. numbers: of its summary, those in tables by path. shown: those that are looked at first."""
+    """Of one variant. numbers, units: of its summary, those in tables by path. shown: those that are looked at first."""
 
     study: str
     machine: str
@@ -44,6 +42,7 @@ class Compared:
     failure: str
     summary: Mapping[str, Any] = field(default_factory=dict)
     numbers: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     shown: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
@@ -59,12 +58,15 @@ def refused(variant: Variant, failure: str) -> Compared:
 def compared(variant: Variant, result: xr.Dataset) -> Compared:
     """Of a result."""
     kind = str(result.attrs["study"]) if variant.asked is None else variant.asked.spec.kind
-    spec, summary, failure = study_of(kind).spec, summary_of(result), str(result.attrs["failure"])
+    spec, summary, failure = study_of(kind).spec, result.wucht.summary, str(result.attrs["failure"])
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
+    numbers = _numbers(summary)
+    units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
     pairs = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
+    shown = tuple(result.wucht.headlines) or spec.headline
     return Compared(
-        kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, _numbers(summary), spec.headline,
-        tuple(json.loads(result.attrs["warnings"])), tuple(assumed_of(result)), tuple(pairs),
+        kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, shown,
+        tuple(result.wucht.warnings), tuple(result.wucht.assumed), tuple(pairs),
     )  # fmt: skip
 
 

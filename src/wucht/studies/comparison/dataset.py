@@ -42,7 +42,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     data = {key: variable("variant", np.array([getattr(c, key) for c in done], str), what) for key, what in _WORDS.items()}
     for name in names:
         numbers = [c.numbers.get(name, np.nan) for c in done]
-        data[name] = variable("variant", numbers, _in_words(name), unit_of_number(name, amplitude, bare))
+        unit = next((c.units[name] for c in done if name in c.units), None)
+        unit = unit_of_number(name, amplitude, bare) if unit is None else unit
+        data[name] = variable("variant", numbers, _in_words(name), unit)
     for k, kind in enumerate(dict.fromkeys(curve.kind for c in done for curve in c.curves), 1):
         data |= _curves(k, kind, done)
     labels = np.array([case.variant.label for case in cases], str)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.conventions import summary_of
 from wucht.results.sheet import wrapped
 from wucht.results.style import label, printed_unit
 
@@ -30,7 +29,7 @@ class _Column:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht compare`` prints: the numbers looked at first, and of others those that differ."""
-    s, names, outcomes = summary_of(result), names_of(result), list(map(str, result.outcome.values))
+    s, names, outcomes = result.wucht.summary, names_of(result), list(map(str, result.outcome.values))
     columns = [_Column("", [_cut(name) for name in names])] if any(names) else []
     columns += [_column(result, path) for path in s["vary"]]
     columns += [_Column("outcome", outcomes)] if any(outcomes) else []
@@ -53,7 +52,7 @@ def names_of(result: xr.Dataset) -> list[str]:
 
 def shown_numbers(result: xr.Dataset) -> list[str]:
     """Numbers of the summaries, those looked at first before the others; what is the same in all of them last."""
-    s = summary_of(result)
+    s = result.wucht.summary
     numbers = [n for n in result.data_vars if result[n].dims == ("variant",) and result[n].dtype.kind == "f"]
     known = [n for n in s["headline"] if n in numbers and np.isfinite(result[n].values).any()]
     return sorted(known, key=lambda name: _same(result[name].values))

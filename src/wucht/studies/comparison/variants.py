@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -56,7 +55,7 @@ class Variant:
     def facts(self) -> dict[str, Any]:
         """What is asked, of what."""
         if self.result is not None:
-            stored: dict[str, Any] = json.loads(self.result.attrs["input"])
+            stored: dict[str, Any] = self.result.wucht.question
             return stored
         if self.asked is None:
             return {"refused": self.refused}

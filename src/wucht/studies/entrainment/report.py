@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for the study ``entrainment``."""
-    s = summary_of(result)
+    s = result.wucht.summary
     speed, length = formats(result)
     unit = f" {s['along_unit']}" if s["along_unit"] else ""
     lines = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ _HOUR = 3600.0
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a design."""
-    s, dimensionless, length = summary_of(result), bool(result.attrs["dimensionless"]), formats(result)[1]
+    s, dimensionless, length = result.wucht.summary, bool(result.attrs["dimensionless"]), formats(result)[1]
 
     def size(amplitude: float) -> str:
         return length(amplitude) if s["unit"] == "m" else f"{amplitude:.4g} {s['unit']}".rstrip()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines
 from wucht.studies.failure_detection.report_words import counted_from, duration, within
 
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a failure."""
-    s = summary_of(result)
+    s = result.wucht.summary
     units = (result[name].attrs["units"] for name in ("time", "speed", "stiffness_work"))
     time, speed, energy = (f" {unit}" if unit else "" for unit in units)
     lines = list[tuple[str, str]]()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ _RESIDUES = {
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a load spectrum."""
-    s = summary_of(result)
+    s = result.wucht.summary
     unit = f" {s['unit']}" if s["unit"] else ""
     time_unit = "" if result.attrs["dimensionless"] else " s"
     lines = [("signal", f"{result.attrs['signal']}, from {s['begin']:.6g} to {s['end']:.6g}{time_unit}")]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import bodies_in_words, formats, in_lines, percent
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ _WORDS = {
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a search."""
-    s = summary_of(result)
+    s = result.wucht.summary
     own = s["as_it_is"]
     ends = " to ".join(dict.fromkeys(f"{u:.4g}" for u in s["unbalance"]))
     runs = f"{s['samples']} runs each from random phases, unbalance {ends} {s['units']['residual']}"

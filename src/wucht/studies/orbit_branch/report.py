@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ _MOST = 16  # orbits, and special points, named one by one
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a branch of orbits."""
-    s = summary_of(result)
+    s = result.wucht.summary
     lines, along, unit = [result.attrs["title"], f"verdict: {s['sentence']}"], s["along"], f" {s['along_unit']}".rstrip()
     for k, branch in enumerate(s["branches"]):
         (low, high), stretches = branch["range"], ", ".join(f"{a:.7g} to {b:.7g}" for a, b in branch["stable"])

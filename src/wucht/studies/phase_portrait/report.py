@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
-
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a phase portrait."""
-    s = summary_of(result)
+    s = result.wucht.summary
     lines = [result.attrs["title"]]
     if "cases" not in s:
         lines += [f"verdict: {s['sentence']}", *_of_one(s)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ _MOST = 6  # maxima named one by one
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a response."""
-    s = summary_of(result)
+    s = result.wucht.summary
     speed, length = formats(result, result.amplitude.attrs["units"])
 
     def amplitude(value: float | None, at: float, most: str = "") -> str:

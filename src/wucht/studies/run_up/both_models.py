@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from wucht.dynamics.run_ups.deviations import at_equal_angle, at_equal_phase, course_of
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.results.conventions import summary_of, variable
+from wucht.results.conventions import variable
 from wucht.results.store import to_json
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ def joined(motions: Sequence[Motion], runs: Sequence[xr.Dataset]) -> xr.Dataset:
         return runs[0]
     full, slow = runs
     if slow.attrs["failure"]:
-        warnings = [*json.loads(full.attrs["warnings"]), f"averaged equations: {slow.attrs['failure']}"]
-        full.attrs["warnings"] = to_json(warnings, indent=None)
+        warnings = [*full.wucht.warnings, f"averaged equations: {slow.attrs['failure']}"]
+        full = full.assign_attrs(warnings=to_json(warnings, indent=None))
     later = full.sizes["time"] - slow.sizes["time"]
     for name in (n for n in _SHOWN if n in slow):
         values, of = slow[name].pad(time=(0, later)).values, full[name]
@@ -36,8 +35,8 @@ def joined(motions: Sequence[Motion], runs: Sequence[xr.Dataset]) -> xr.Dataset:
     courses = course_of(motions[0]), course_of(motions[1])
     apart = {"at_equal_angle": at_equal_angle(*courses), "at_equal_phase": at_equal_phase(*courses)}
     largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in apart.items()}
-    summary = summary_of(full) | {"slow": summary_of(slow), "deviations": largest}
-    full.attrs |= {"summary": to_json(summary, indent=None), "model": "both"}
+    summary = full.wucht.summary | {"slow": slow.wucht.summary, "deviations": largest}
+    full = full.assign_attrs(summary=to_json(summary, indent=None), model="both")
     if (by_angle := apart["at_equal_angle"]) is None:
         return full
     speed = variable("compared", by_angle.speed, "speed, full less slow", full.speed.units)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import answered, summary_of, variable
+from wucht.results.conventions import answered, variable
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
 from wucht.studies.run_up.prepare import Plan
 
@@ -23,7 +22,7 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
     import xarray as xr_
 
     pairs = list(zip(plan.cases, runs, strict=False))  # a run may be missing
-    cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | summary_of(r) for c, r in pairs]
+    cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | r.wucht.summary for c, r in pairs]
     reduced = [_reduced(run, plan.spec.over) for run in runs]
     longest = max(r.sizes["sample"] for r in reduced)
     padded = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced]
@@ -32,7 +31,7 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
     result["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
     result = result.assign_coords(case=variable("case", [c["label"] for c in cases], "case"))
     count = Counter(c["outcome"] for c in cases)
-    warnings = [f"{c.label}: {w}" for c, r in pairs for w in json.loads(r.attrs["warnings"])]
+    warnings = [f"{c.label}: {w}" for c, r in pairs for w in r.wucht.warnings]
     if finished < len(plan.cases):
         warnings.append(f"{finished} of {len(plan.cases)} runs are finished")
     outcome = next(iter(count)) if len(count) == 1 and finished == len(plan.cases) else None

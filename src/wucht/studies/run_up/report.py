@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import Format, formats, in_lines
 
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ _SLOW = "  averaged equations"
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a run-up."""
-    s = summary_of(result)
+    s = result.wucht.summary
     if "cases" in s:
         return _of_many(result, s)
     speed, length = formats(result, s["amplitude_unit"])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def in_words(kinds: Sequence[str]) -> str:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a speed curve."""
-    s = summary_of(result)
+    s = result.wucht.summary
     lines = [result.attrs["title"], f"verdict: {s['sentence']}", *_of_branches(result, s), *_of_points(result, s)]
     complete = "yes" if s["complete"] else "not shown"
     count = counted(len(s["searched"]), "value", "values")
@@ -128,7 +127,7 @@ def _of_points(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
 def _formats(result: xr.Dataset) -> tuple[Callable[[float], str], Callable[[float | None], str]]:
     """How what is drawn and the amplitude are written, the latter after a comma, if there is one."""
     speed, length = formats(result, str(result.amplitude.attrs["units"]))
-    if summary_of(result)["show"] is not None:
+    if result.wucht.summary["show"] is not None:
         unit = str(result.speed.attrs["units"])
         return lambda x: f"{x:.6g} {unit}".rstrip(), lambda a: "" if a is None else f", amplitude {length(a)}"
     return speed, lambda a: "" if a is None else f", amplitude {length(a)}"

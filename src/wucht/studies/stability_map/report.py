@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import summary_of
-
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a stability map."""
-    s = summary_of(result)
+    s = result.wucht.summary
     along, second = s["along"], s["second"]
     lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
     for name, line in s["boundaries"].items():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ SENSE = {"up": "rising", "down": "falling"}  # of the swept parameter
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a sweep."""
-    s = summary_of(result)
+    s = result.wucht.summary
     speed, length = formats(result)
     along, jumps = s["along"], s["jumps"]
     low, high = s["range"]

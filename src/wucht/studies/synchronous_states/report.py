@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ _GENTLE = 0.05  # machine number below which the vibration is nothing to speak o
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for synchronous states."""
-    s, (speed, _) = summary_of(result), formats(result)
+    s, (speed, _) = result.wucht.summary, formats(result)
     lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
     if s["speed"] is not None:
         lines.append(f"  speed        {speed(s['speed'])}, given")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.conventions import summary_of
-from wucht.results.formatting import formats
+from wucht.results.formatting import ReportLines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,28 +12,27 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a torque balance."""
-    s = summary_of(result)
-    speed, _ = formats(result)
-    torque, slope = ("", "") if result.attrs["dimensionless"] else (" N m", " N m s")
-    lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
-    possible = [p for p in s["working_points"] if not p.get("overlapping")]  # the verdict says how many are not
-    for p in possible or s["working_points"]:
-        kind = "stable" if p["stable"] else "touching" if p["tangential"] else "unstable"
-        slip = "" if p["slip"] is None else f", slip {100 * p['slip']:.3g} %"
-        if p["slope"] is None:
-            line = "held by the drive's controller"
-        elif p["no_load_speed"] is None:
-            line = "drive of constant torque there"
-        else:
-            line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
-        lines.append(f"  {kind:12} {speed(p['speed'])}{_bodies(p)}: {p['torque']:.4g}{torque}{slip}; {line}")
-    if s["free_speed"] is not None:
-        lines.append(f"  free         {speed(s['free_speed'])} without vibration")
-    if s["breakdown"] is not None:
-        b = s["breakdown"]
-        lines.append(f"  breakdown    {b['torque']:.4g}{torque} at {speed(b['speed'])}, slip {100 * b['slip']:.3g} %")
-    lines.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items()) or 'none'}")
-    return lines
+    summary, lines = result.wucht.summary, ReportLines(result)
+    points = summary["working_points"]
+    for point in [p for p in points if not p.get("overlapping")] or points:  # the verdict says how many are not possible
+        kind = "stable" if point["stable"] else "touching" if point["tangential"] else "unstable"
+        slip = "" if point["slip"] is None else ", slip {slip:%}"
+        lines.add(
+            kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}", point, "working_points", bodies=_bodies(point)
+        )
+    lines.add("free", "{free_speed} without vibration")
+    lines.add("breakdown", "{breakdown.torque} at {breakdown.speed}, slip {breakdown.slip:%}")
+    lines.add("resonance", "{natural_frequencies}")
+    return lines.report(summary["sentence"])
+
+
+def _drive(point: dict[str, Any]) -> str:
+    """The straight line that replaces the drive's characteristic there."""
+    if point["slope"] is None:
+        return "held by the drive's controller"
+    return (
+        "drive of constant torque there" if point["no_load_speed"] is None else "drive there like {slope} from {no_load_speed}"
+    )
 
 
 def _bodies(point: dict[str, Any]) -> str:

@@ -6,7 +6,7 @@ import xarray as xr
 from tests.refusals import rejected
 
 import wucht
-from wucht.studies.accessor import register
+from wucht.results.accessor import register
 
 
 def test_a_result_says_what_it_is(tmp_path: Path) -> None:

@@ -1,0 +1,172 @@
+"""Quantities of a result, each stated once.
+
+A study yields its answer as quantities. The variables of the Dataset with their names and units, the keys of ``summary.json``,
+the units of their numbers in comparisons, tables and reports, and the pages of the docs follow from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.errors import WuchtError
+from wucht.results.accessor import register
+from wucht.results.store import to_json
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """A quantity of a result.
+
+    Parameters
+    ----------
+    name : str
+        Of the variable, and of the key in the summary.
+    value : array, number, text, list or mapping
+        None where there is none; as a variable that is not a number.
+    what : str
+        Its name in words, a noun phrase.
+    unit : str
+        SI; empty of a ratio, a count or a word. In the summary it is that of all numbers of a list or a table.
+    dimensions : str, optional
+        Of the variable, separated by blanks; empty of a single number. None: a key of the summary alone.
+    in_summary : bool
+        Whether a variable is a key of the summary, too.
+    headline : bool or list of str
+        Whether it is among the first to be shown where results are compared; of a table, which of its numbers are.
+    parts : mapping
+        Of a table in the summary, or a list of such: what each of its keys is, and the unit.
+    coordinate : bool
+        Whether a variable is a coordinate. One that has the name of its dimension always is.
+    attributes : mapping
+        More attributes of the variable.
+    """
+
+    name: str
+    value: Any
+    what: str
+    unit: str = ""
+    dimensions: str | None = None
+    in_summary: bool = False
+    headline: bool | Sequence[str] = False
+    parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    coordinate: bool = False
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def variable(self) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
+        """Dimensions, values and attributes of the variable of a Dataset."""
+        values = np.asarray(np.nan if self.value is None else self.value)
+        attributes = {"long_name": self.what, "units": self.unit, **self.attributes}
+        return tuple((self.dimensions or "").split()), values, attributes
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What is kept of a key of the summary beside its value, as JSON has it; what is empty is left out."""
+        parts = {name: {"what": what} | ({"unit": unit} if unit else {}) for name, (what, unit) in self.parts.items()}
+        facts = {"what": self.what, "unit": self.unit, "headline": self.headline, "parts": parts}
+        return {name: fact for name, fact in facts.items() if fact}
+
+
+_STORED: tuple[tuple[type, type], ...] = ((bool, np.int8), (str, str))  # how columns of these types are stored; else as floats
+
+
+def table(
+    name: str,
+    rows: Sequence[Mapping[str, Any]],
+    what: str,
+    parts: Mapping[str, tuple[str, str]],
+    dimension: str = "",
+    columns: Sequence[str] = (),
+) -> list[Quantity]:
+    """A list of tables in the summary, some of whose columns are variables of the Dataset as well.
+
+    Parameters
+    ----------
+    name, what
+        Of the key in the summary, see ``Quantity``.
+    rows : sequence of mappings
+        The tables.
+    parts : mapping
+        Of each key of a table what it is, and its unit. Of a key without one neither is known to readers of the result.
+    dimension : str
+        Of the variables, whose names begin with it: ``point_speed``.
+    columns : sequence of str
+        The parts that are variables.
+    """
+    stated = [Quantity(name, [dict(row) for row in rows], what, parts=parts)]
+    for part in columns:
+        values = [row[part] for row in rows]
+        kind = (
+            np.int8 if all(isinstance(v, bool) for v in values) else str if all(isinstance(v, str) for v in values) else float
+        )
+        what_it_is, unit = parts[part]
+        stated.append(Quantity(f"{dimension}_{part}", np.array(values, kind), what_it_is, unit, dimension))
+    return stated
+
+
+def answer(
+    quantities: Iterable[Quantity],
+    sentence: str,
+    warnings: Sequence[str] = (),
+    assumed: Sequence[str] = (),
+    failure: str | None = None,
+    **attributes: Any,
+) -> xr.Dataset:
+    """The Dataset of an answer.
+
+    Parameters
+    ----------
+    quantities : iterable of Quantity
+        Each name once in the Dataset, and once in the summary.
+    sentence : str
+        The answer in words.
+    warnings, assumed : sequences of str
+        What is doubtful; what the answer assumes beside what its spec says.
+    failure : str, optional
+        Why the result is not complete.
+    attributes
+        More attributes of the Dataset: texts and numbers.
+
+    Returns
+    -------
+    xarray.Dataset
+        Its attributes are texts and numbers, so that ``to_netcdf`` writes it; the accessor ``wucht`` reads them.
+
+    Raises
+    ------
+    WuchtError
+        Where two quantities have one name.
+    """
+    import xarray as xr_
+
+    register()
+    stated = list(quantities)
+    variables = _by_name(q for q in stated if q.dimensions is not None)
+    keys = _by_name(q for q in stated if q.dimensions is None or q.in_summary)
+    coordinates = {n: q.variable for n, q in variables.items() if q.coordinate or q.dimensions == n}
+    result = xr_.Dataset({n: q.variable for n, q in variables.items() if n not in coordinates}, coords=coordinates)
+    result.attrs |= {
+        "summary": to_json({"sentence": sentence} | {n: q.value for n, q in keys.items()}, indent=None),
+        "quantities": to_json({n: q.facts for n, q in keys.items()}, indent=None),
+        "sentence": sentence,
+        "warnings": to_json(list(warnings), indent=None),
+        "assumed": to_json(list(assumed), indent=None),
+        "failure": failure or "",
+        **attributes,
+    }
+    return result
+
+
+def _by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
+    named: dict[str, Quantity] = {}
+    for quantity in quantities:
+        if named.setdefault(quantity.name, quantity) is not quantity:
+            raise WuchtError(f"a result has two quantities of the name {quantity.name!r}")
+    return named
