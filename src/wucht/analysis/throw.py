@@ -19,6 +19,15 @@ _SHORT = 1e-2  # of the median step of samples
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
 
 
+NUMBERS = {  # of ``Throw.numbers``: what each is, and its unit
+    "stroke": ("peak to peak in the direction of the largest motion", "m"),
+    "throw_direction": ("direction of the largest motion, from +x", "rad"),
+    "throw_ratio": ("motion across over motion along", ""),
+    "acceleration": ("largest acceleration", "m/s^2"),
+    "machine_number": ("largest acceleration over that of gravity", ""),
+}
+
+
 @dataclass(frozen=True)
 class Throw:
     """The motion of a point in its plane. SI.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -111,57 +112,83 @@ def table(
     return stated
 
 
-def answer(
-    quantities: Iterable[Quantity],
-    sentence: str,
-    warnings: Sequence[str] = (),
-    assumed: Sequence[str] = (),
-    failure: str | None = None,
-    **attributes: Any,
-) -> xr.Dataset:
-    """The Dataset of an answer.
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """An answer, before it is a Dataset.
 
     Parameters
     ----------
-    quantities : iterable of Quantity
-        Each name once in the Dataset, and once in the summary.
+    quantities : sequence of Quantity
+        Each name once among the variables, and once in the summary.
     sentence : str
         The answer in words.
     warnings, assumed : sequences of str
         What is doubtful; what the answer assumes beside what its spec says.
     failure : str, optional
         Why the result is not complete.
-    attributes
+    attributes : mapping
         More attributes of the Dataset: texts and numbers.
-
-    Returns
-    -------
-    xarray.Dataset
-        Its attributes are texts and numbers, so that ``to_netcdf`` writes it; the accessor ``wucht`` reads them.
 
     Raises
     ------
     WuchtError
         Where two quantities have one name.
     """
+
+    quantities: Sequence[Quantity]
+    sentence: str
+    warnings: Sequence[str] = ()
+    assumed: Sequence[str] = ()
+    failure: str | None = None
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def _keys(self) -> dict[str, Quantity]:
+        return _by_name(q for q in self.quantities if q.dimensions is None or q.in_summary)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The summary of the contract."""
+        return {"sentence": self.sentence} | {name: quantity.value for name, quantity in self._keys.items()}
+
+    def dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
+        """The Dataset; or of one that has the variables a copy with the attributes.
+
+        They are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them.
+        """
+        register()
+        result = variables_of(self.quantities) if base is None else base.copy(deep=False)
+        result.attrs = {
+            "summary": to_json(self.summary, indent=None),
+            "quantities": to_json({name: quantity.facts for name, quantity in self._keys.items()}, indent=None),
+            "sentence": self.sentence,
+            "warnings": to_json(list(self.warnings), indent=None),
+            "assumed": to_json(list(self.assumed), indent=None),
+            "failure": self.failure or "",
+            **self.attributes,
+        }
+        return result
+
+
+def answer(
+    quantities: Sequence[Quantity],
+    sentence: str,
+    warnings: Sequence[str] = (),
+    assumed: Sequence[str] = (),
+    failure: str | None = None,
+    **attributes: Any,
+) -> xr.Dataset:
+    """The Dataset of an answer: see ``Answer``."""
+    return Answer(quantities, sentence, warnings, assumed, failure, attributes).dataset()
+
+
+def variables_of(quantities: Iterable[Quantity]) -> xr.Dataset:
+    """A Dataset of the quantities that have dimensions, without attributes. Raises ``WuchtError`` where two have one name."""
     import xarray as xr_
 
-    register()
-    stated = list(quantities)
-    variables = _by_name(q for q in stated if q.dimensions is not None)
-    keys = _by_name(q for q in stated if q.dimensions is None or q.in_summary)
-    coordinates = {n: q.variable for n, q in variables.items() if q.coordinate or q.dimensions == n}
-    result = xr_.Dataset({n: q.variable for n, q in variables.items() if n not in coordinates}, coords=coordinates)
-    result.attrs |= {
-        "summary": to_json({"sentence": sentence} | {n: q.value for n, q in keys.items()}, indent=None),
-        "quantities": to_json({n: q.facts for n, q in keys.items()}, indent=None),
-        "sentence": sentence,
-        "warnings": to_json(list(warnings), indent=None),
-        "assumed": to_json(list(assumed), indent=None),
-        "failure": failure or "",
-        **attributes,
-    }
-    return result
+    named = _by_name(q for q in quantities if q.dimensions is not None)
+    coordinates = {name: q.variable for name, q in named.items() if q.coordinate or q.dimensions == name}
+    return xr_.Dataset({name: q.variable for name, q in named.items() if name not in coordinates}, coords=coordinates)
 
 
 def _by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:

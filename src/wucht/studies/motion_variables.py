@@ -18,61 +18,57 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.span_record import Spans
 from wucht.numerics.peaks import envelope
-from wucht.results.conventions import Variable, variable
+from wucht.results.quantities import Quantity
 
-Variables = dict[str, Variable]
 _TORQUES = {
     "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",
     "drive_torque": "torque of the drive on the rotor, after the loss of a transmission",
 }
 
 
-def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> tuple[Variables, Variables]:
-    """Coordinates and data of a run. row: the states and outputs of the machine's System, (N,) each. largest: amplitude.
-
-    Coordinates: time (N), body, direction. Variables: angle, speed, phase (of bodies that turn about another), rotor_phase (of
-    rotors that may be entrained) (body, time); displacement, velocity, bearing_force (of the bodies on the carrier, not of it
-    on them) (direction, time); radius, amplitude,
-    motor_torque (at the speed of the rotor, before the loss of a transmission), drive_torque (what of it acts on the rotor),
-    motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
-    peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time); the states of parts' own by their paths,
-    such as ``left.lining`` (time); rotor_bearing_force (rotor, plane, time) of several rotors, each with the bodies about it,
-    in the directions in which the carrier translates.
-    """
-    data = _rotation(machine, row, trajectory.time) | _of_parts(machine, row)
-    data |= _vibration(machine, row, trajectory.time, largest) | _energy(machine, row, trajectory)
-    coordinates = {
-        "time": variable("time", trajectory.time, "time", machine.units.time),
-        "body": variable("body", [b.name for b in machine.bodies], "body"),
-        "direction": variable("direction", list(machine.labels) or np.empty(0, "U1"), "direction"),
-    }
-    if machine.sliders:
-        coordinates["slider"] = variable("slider", [x.name for x in machine.sliders], "slider")
-    ways = [d for d in "xy" if d in machine.labels]
-    if ways and len(machine.rotors) > 1:
-        rotors = [r.name for r in machine.rotors]
+def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> list[Quantity]:
+    """The variables of a run. row: the states and outputs of the machine's System, (N,) each. largest: amplitude."""
+    ways, rotors = [d for d in "xy" if d in machine.labels], [r.name for r in machine.rotors]
+    of_rotors, of_sliders = list[Quantity](), list[Quantity]()
+    if ways and len(rotors) > 1:
         forces = np.array([[row[f"bearing_force[{name}]_{d}"] for d in ways] for name in rotors])
-        long_name = "bearing force of a rotor on the carrier"
-        data["rotor_bearing_force"] = variable("rotor plane time", forces, long_name, machine.units.force)
-        coordinates["rotor"] = variable("rotor", rotors, "rotor")
-        coordinates["plane"] = variable("plane", ways, "direction")
-    return coordinates, data
+        of_rotors = [
+            Quantity("rotor", rotors, "rotor", "", "rotor"),
+            Quantity("plane", ways, "direction", "", "plane"),
+            Quantity(
+                "rotor_bearing_force", forces, "bearing force of a rotor, with the bodies about it, on the carrier",
+                machine.units.force, "rotor plane time",
+            ),
+        ]  # fmt: skip
+    if machine.sliders:
+        of_sliders = [Quantity("slider", [x.name for x in machine.sliders], "slider", "", "slider")]
+    return [
+        Quantity("time", trajectory.time, "time", machine.units.time, "time"),
+        Quantity("body", [b.name for b in machine.bodies], "body", "", "body"),
+        Quantity("direction", list(machine.labels) or np.empty(0, "U1"), "direction", "", "direction"),
+        *of_sliders,
+        *_rotation(machine, row, trajectory.time),
+        *_of_parts(machine, row),
+        *_vibration(machine, row, trajectory.time, largest),
+        *_energy(machine, row, trajectory),
+        *of_rotors,
+    ]
 
 
-def envelopes(machine: Machine, spans: Spans) -> Variables:
+def envelopes(machine: Machine, spans: Spans) -> list[Quantity]:
     """The limits of the main rotor's speed and of the axis' distance in spans of time that follow each other (span).
 
     They are those of the motion as it is integrated, however few of its samples are stored.
     """
-    unit, static = machine.units.speed, "distance of the axis from its static position"
+    unit, length, static = machine.units.speed, machine.orbit_unit, "distance of the axis from its static position"
     rotor = f"speed of {machine.rotor.name}"
-    return {
-        "span_end": variable("span", spans.time, "time at the end of a span", machine.units.time),
-        "least_speed": variable("span", spans.least_speed, f"least {rotor} in a span", unit),
-        "greatest_speed": variable("span", spans.greatest_speed, f"greatest {rotor} in a span", unit),
-        "least_radius": variable("span", spans.least_distance, f"least {static} in a span", machine.orbit_unit),
-        "greatest_radius": variable("span", spans.greatest_distance, f"greatest {static} in a span", machine.orbit_unit),
-    }
+    return [
+        Quantity("span_end", spans.time, "time at the end of a span", machine.units.time, "span"),
+        Quantity("least_speed", spans.least_speed, f"least {rotor} in a span", unit, "span"),
+        Quantity("greatest_speed", spans.greatest_speed, f"greatest {rotor} in a span", unit, "span"),
+        Quantity("least_radius", spans.least_distance, f"least {static} in a span", length, "span"),
+        Quantity("greatest_radius", spans.greatest_distance, f"greatest {static} in a span", length, "span"),
+    ]
 
 
 def _motion(coordinates: Sequence[Coordinate], row: Rows, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,41 +78,44 @@ def _motion(coordinates: Sequence[Coordinate], row: Rows, time: np.ndarray) -> t
     return motion[:, 0], motion[:, 1]
 
 
-def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
+def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
     units, names, end = machine.units, [b.name for b in machine.bodies], float(time[-1])
     angles, speeds = _motion([b.coordinate for b in machine.bodies], row, time)
     angle, free = dict(zip(names, angles, strict=True)), free_speed(machine.at(end), machine.rotor, end)
 
-    def phases(phase: Mapping[str, np.ndarray], long_name: str) -> Variable:
+    def phases(name: str, phase: Mapping[str, np.ndarray], what: str) -> Quantity:
         """Phases of some bodies in [0, 2 pi), not a number for the others."""
         rows = [np.mod(phase[n], 2 * math.pi) if n in phase else np.full(len(time), np.nan) for n in names]
-        return variable("body time", rows, long_name, "rad")
+        return Quantity(name, rows, what, "rad", "body time")
 
-    data = {
-        "angle": variable("body time", angles, "angle", "rad"),
-        "speed": variable("body time", speeds, "speed", units.speed),
-        "free_speed": variable("", free, "speed reached without vibration", units.speed),
-        **{name: variable("time", row[name], long_name, units.torque) for name, long_name in _TORQUES.items()},
-        "motor_power": variable("time", row["motor_power"], "motor power", units.power),
-        "residual_unbalance": variable("time", _residual(machine, row, angle, end), "share of the unbalance that is left"),
-    }
+    quantities = [
+        Quantity("angle", angles, "angle", "rad", "body time"),
+        Quantity("speed", speeds, "speed", units.speed, "body time"),
+        Quantity("free_speed", free, "speed reached without vibration", units.speed, ""),
+        *(Quantity(name, row[name], what, units.torque, "time") for name, what in _TORQUES.items()),
+        Quantity("motor_power", row["motor_power"], "motor power", units.power, "time"),
+        Quantity("residual_unbalance", _residual(machine, row, angle, end), "share of the unbalance that is left", "", "time"),
+    ]
     if is_locking(machine):
         frequency, to = machine.shaking_frequency, rotor_phases(machine, time, {r.name: angle[r.name] for r in machine.rotors})
         if frequency is not None:
             to[machine.rotor.name] = to.pop("vibration")
-        data["rotor_phase"] = phases(to, f"phase of a rotor to the {'first' if frequency is None else 'vibration'}")
-        data["vibration_frequency"] = variable("", frequency, "frequency of the vibration", units.speed)
+        quantities += [
+            phases("rotor_phase", to, f"phase of a rotor to the {'first' if frequency is None else 'vibration'}"),
+            Quantity("vibration_frequency", frequency, "frequency of the vibration", units.speed, ""),
+        ]
     if machine.sliders:
         displacement, velocity = _motion([x.coordinate for x in machine.sliders], row, time)
-        data["slider_displacement"] = variable("slider time", displacement, "displacement in the guide", units.length)
-        data["slider_velocity"] = variable("slider time", velocity, "velocity in the guide", f"{units.length}/{units.time}")
+        per_time = f"{units.length}/{units.time}"
+        quantities += [
+            Quantity("slider_displacement", displacement, "displacement in the guide", units.length, "slider time"),
+            Quantity("slider_velocity", velocity, "velocity in the guide", per_time, "slider time"),
+        ]
     relative = {b.name: angle[b.name] - angle[b.about] for b in machine.bodies if b.about is not None}
-    if relative:
-        data["phase"] = phases(relative, "phase to the body turned about")
-    return data
+    return [*quantities, *([phases("phase", relative, "phase to the body turned about")] if relative else [])]
 
 
-def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) -> Variables:
+def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) -> list[Quantity]:
     units, orbit = machine.units, Orbit.of(machine, time, row)
     displacement, velocity = _motion(machine.carrier, row, time)
     force, peaks = np.array([row[f"bearing_force_{d}"] for d in machine.labels]).reshape(displacement.shape), orbit.peaks
@@ -124,14 +123,14 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) ->
     before = 0.0 if orbit.begins_at_rest else None
     amplitude = _envelope(time, peaks, row[machine.rotor.coordinate.velocity.name], natural, machine.shaking_frequency, before)
     per_time = f"{units.length}/{units.time}" if units.time else ""
-    return {
-        "displacement": variable("direction time", displacement, "displacement of the carrier (r: rad)", units.length),
-        "velocity": variable("direction time", velocity, "velocity of the carrier (r: rad/s)", per_time),
-        "bearing_force": variable("direction time", force, "bearing force on the carrier (r: moment)", units.force),
-        "radius": variable("time", orbit.distance, "distance of the axis from its static position", machine.orbit_unit),
-        "amplitude": variable("time", amplitude, "amplitude of the axis", machine.orbit_unit),
-        "peak_amplitude": variable("", largest, "largest amplitude of the axis", machine.orbit_unit),
-    }
+    return [
+        Quantity("displacement", displacement, "displacement of the carrier (r: rad)", units.length, "direction time"),
+        Quantity("velocity", velocity, "velocity of the carrier (r: rad/s)", per_time, "direction time"),
+        Quantity("bearing_force", force, "bearing force on the carrier (r: moment)", units.force, "direction time"),
+        Quantity("radius", orbit.distance, "distance of the axis from its static position", machine.orbit_unit, "time"),
+        Quantity("amplitude", amplitude, "amplitude of the axis", machine.orbit_unit, "time"),
+        Quantity("peak_amplitude", largest, "largest amplitude of the axis", machine.orbit_unit, ""),
+    ]
 
 
 def _envelope(
@@ -164,17 +163,18 @@ def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end:
     return np.asarray(np.abs(vector) / unbalance_scale(machine, machine.rotor))
 
 
-def _of_parts(machine: Machine, row: Rows) -> Variables:
+def _of_parts(machine: Machine, row: Rows) -> list[Quantity]:
     """The states of parts' own."""
     names = [(x.state.name, x.own) for x in machine.internal]
-    return {name: variable("time", row[name], in_words(name, own.what), own.unit) for name, own in names}
+    return [Quantity(name, row[name], in_words(name, own.what), own.unit, "time") for name, own in names]
 
 
-def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> Variables:
+def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> list[Quantity]:
     """Stored energy, the works, and the residual of their balance."""
     stored, works = row["stored_energy"], trajectory.quadratures
     _, residual = balanced(EnergyBalance(), stored, works)
-    return {
-        "stored_energy": variable("time", stored, "stored energy", machine.units.energy),
-        "energy_residual": variable("time", residual, "energy residual, relative"),
-    } | {q.name: variable("time", works[q.name], q.long_name, q.unit) for q in machine.system.quadratures}
+    return [
+        Quantity("stored_energy", stored, "stored energy", machine.units.energy, "time"),
+        Quantity("energy_residual", residual, "energy residual, relative", "", "time"),
+        *(Quantity(q.name, works[q.name], q.long_name, q.unit, "time") for q in machine.system.quadratures),
+    ]

@@ -67,9 +67,9 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
     case = planned.case()
     for (motion,) in run_up(case, Work()):
         report(min(motion.last.stored.end_time / case.horizon.expected_end, 1.0), planned.of)
-    coordinates, data = variables(case.machine, motion.rows, motion.seen, motion.observation.largest)
-    speed, angle = (dict(zip(coordinates["body"][1].tolist(), data[key][1], strict=True)) for key in ("speed", "angle"))
-    rotor, amplitude = np.abs(speed[case.machine.rotor.name]), np.asarray(data["amplitude"][1])
+    data = {q.name: q.value for q in variables(case.machine, motion.rows, motion.seen, motion.observation.largest)}
+    speed, angle = (dict(zip(data["body"], data[key], strict=True)) for key in ("speed", "angle"))
+    rotor, amplitude = np.abs(speed[case.machine.rotor.name]), np.asarray(data["amplitude"])
     stroke = _strokes(case.machine, pendulums) if planned.of in (SWITCHABLE, BALANCED) else {}
     out = {x.name: motion.rows[x.coordinate.position.name] / stroke[x.name] for x in case.machine.sliders if x.name in stroke}
     opening = {name: _opening(s) for name, s in out.items()}
@@ -87,7 +87,7 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
         tuple(math.nan if (i := opening[n]) is None else float(abs(speed[n][i])) for n in pendulums if n in opening),
         tuple(bool(out[n][-1] > _OUT) for n in pendulums if n in out),
         (apart[1] - apart[0]) % (2 * math.pi) if len(apart) == 2 else math.nan,
-        float(np.max(data["energy_residual"][1])),
+        float(np.max(data["energy_residual"])),
         motion.trajectory.failure,
         _curve(motion.seen.time, rotor, amplitude),
     )

@@ -20,7 +20,6 @@ class CamLaw(Spec):
     solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))
-    headline: ClassVar[tuple[str, ...]] = ("ripple", "peaks.velocity", "peaks.acceleration", "peaks.jerk")
 
     points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")
     orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,45 +17,43 @@ from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.turn_record import smooth_weights
 from wucht.numerics.peaks import extremes
-from wucht.results.conventions import answered
+from wucht.results.quantities import Answer, Quantity, variables_of
 from wucht.studies.motion_variables import envelopes, variables
 from wucht.studies.run_up.both_models import joined
-from wucht.studies.run_up.felt import felt
 from wucht.studies.run_up.many_runs import gathered
 from wucht.studies.run_up.prepare import Plan
 from wucht.studies.run_up.run import Findings
+from wucht.studies.run_up.vibration_at_the_end import vibration_at_the_end
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
 _FEWEST_A_TURN = 8
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of one run, of one run of both models, or of many.
-
-    Its variables are those of ``motion_variables``; with both models also those of ``run_up.both_models``; many runs are those
-    of ``run_up.many_runs``, with the dimension ``case``.
-    """
+    """The Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
     runs = [joined(motions, [_of_motion(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
-    return gathered(plan, runs, findings.finished) if plan.several else runs[0]
+    return gathered(plan, runs, findings.finished) if plan.several else runs[0].dataset()
 
 
-def _of_motion(motion: Motion, deck: float | None) -> xr.Dataset:
-    """The motion of one model: the variables of ``motion_variables``, and the summary of the contract."""
-    import xarray as xr_
-
+def _of_motion(motion: Motion, deck: float | None) -> Answer:
+    """The motion of one model."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
-    coordinates, data = variables(machine, motion.rows, motion.seen, motion.observation.largest)
+    quantities = variables(machine, motion.rows, motion.seen, motion.observation.largest)
     observed = _observed(motion) if _coarse(motion) else None
-    data |= {} if observed is None else envelopes(machine, motion.observation.main.last(1.0))
-    result = xr_.Dataset(dict(data.items()), coords=coordinates)
-    summary = _summary(machine, result, verdict, motion.model.name == "full", deck, observed)
+    quantities += [] if observed is None else envelopes(machine, motion.observation.main.last(1.0))
+    result = variables_of(quantities)
+    residual = float(result.energy_residual.max())
+    summary = _summary(machine, result, verdict, observed)
+    summary += vibration_at_the_end(machine, result, _window(result, verdict), deck) if motion.model.name == "full" else []
+    quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
-    warnings = _warnings(motion, summary["energy_residual"])
-    return answered(result, summary, verdict.sentence, warnings, trajectory.failure, **flow, **end)
+    warnings = _warnings(motion, residual)
+    return Answer([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
 
 
 def _warnings(motion: Motion, residual: float) -> list[str]:
@@ -116,14 +114,18 @@ def _observed(motion: Motion) -> _Observed:
     return _Observed(speeds, (float(distance.mean()), float(distance.min()), float(distance.max())))
 
 
-def _summary(
-    machine: Machine, result: xr.Dataset, verdict: Verdict, full: bool, deck: float | None, observed: _Observed | None
-) -> dict[str, Any]:
-    """observed: where the variables of the result are too few samples of the motion."""
-    time, evidence, modulation = result.time.values, verdict.evidence, verdict.modulation
-    inside = (time >= verdict.window[0]) & (time <= verdict.window[1])
+def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
+    """Which samples are those of the verdict (N,)."""
+    time = result.time.values
+    inside: np.ndarray = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
-    machine, rotor = machine.at(float(time[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
+    return inside
+
+
+def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, observed: _Observed | None) -> list[Quantity]:
+    """The summary of the contract. observed: where the variables of the result are too few samples of the motion."""
+    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
+    machine, rotor = machine.at(float(result.time.values[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
     envelope, (low, high) = result.amplitude.values[inside], observed.speeds if observed else extremes(rotor)
     amplitudes = verdict.amplitudes or (observed.amplitudes if observed else None)
     amplitude, least, greatest = amplitudes or (float(f(envelope)) for f in (np.mean, np.min, np.max))
@@ -132,36 +134,44 @@ def _summary(
     else:
         weights = smooth_weights(len(rotor))
         mean = float(np.average(rotor, weights=weights if weights.any() else None))
-    locked: dict[str, Any] = (
-        {} if verdict.locked is None else {"mean_speeds": verdict.locked.speeds, "rotor_phases": verdict.locked.phases}
-    )
-    locked |= {"rotor_outcomes": {name: str(o) for name, o in verdict.rotors.items()}} if verdict.rotors else {}
-    return {
-        "outcome": str(verdict.outcome),
-        "sentence": verdict.sentence,
-        "final_speed": mean,
-        "min_speed": low,
-        "max_speed": high,
-        "free_speed": float(result.free_speed),
-        "final_amplitude": amplitude,
-        "min_amplitude": least,
-        "max_amplitude": greatest,
-        "peak_amplitude": float(result.peak_amplitude),
-        "amplitude_unit": machine.orbit_unit,
-        **(felt(machine, result, inside, deck) if full else {}),
-        "final_phases": verdict.phases,
-        "final_residual_unbalance": verdict.residual,
-        "settling_time": verdict.settling_time,
-        "amplitude_settling_time": verdict.amplitude_settling_time,
-        "modulation_period": modulation.period if modulation else None,
-        "modulation_period_phi": modulation.period_angle if modulation else None,
-        "modulation_depth": (modulation.high - modulation.low) / (2 * abs(mean)) if modulation and mean else None,
-        "energy_residual": float(result.energy_residual.max()),
-        "damper_mismatch": float(result[MISMATCH][-1]) if MISMATCH in result else None,
-        "resonance_speed": evidence.resonance,
-        "natural_frequencies": natural_frequencies(machine),
-        "dimensionless": numbers(machine),
-        "advice": verdict.advice,
-        "advised_time": verdict.needed,
-        **locked,
-    }
+    depth = (modulation.high - modulation.low) / (2 * abs(mean)) if modulation and mean else None
+    speed, length, time = machine.units.speed, machine.orbit_unit, machine.units.time
+    quantities = [
+        Quantity("outcome", str(verdict.outcome), "outcome"),
+        Quantity("final_speed", mean, "mean speed of the main rotor at the end", speed, headline=True),
+        Quantity("min_speed", low, "least speed of the main rotor at the end", speed),
+        Quantity("max_speed", high, "greatest speed of the main rotor at the end", speed),
+        Quantity("final_amplitude", amplitude, "mean amplitude of the axis at the end", length, headline=True),
+        Quantity("min_amplitude", least, "least amplitude of the axis at the end", length),
+        Quantity("max_amplitude", greatest, "greatest amplitude of the axis at the end", length),
+        Quantity("amplitude_unit", length, "unit of amplitudes"),
+        Quantity("final_phases", verdict.phases, "mean phases of the bodies to their rotor at the end", "rad"),
+        Quantity("final_residual_unbalance", verdict.residual, "share of the rotor's unbalance that is left", headline=True),
+        Quantity("settling_time", verdict.settling_time, "time until the speed has settled", time, headline=True),
+        Quantity(
+            "amplitude_settling_time", verdict.amplitude_settling_time, "time after which the amplitude has settled", time
+        ),
+        Quantity("modulation_period", modulation and modulation.period, "period of the modulation", time),
+        Quantity("modulation_period_phi", modulation and modulation.period_angle, "angle of the rotor in that period", "rad"),
+        Quantity("modulation_depth", depth, "share of the mean speed by which it is modulated to either side"),
+        Quantity("energy_residual", float(result.energy_residual.max()), "largest relative error of the energy balance"),
+        Quantity("damper_mismatch", _mismatch(result), "relative mismatch of damper torques that are not reciprocal"),
+        Quantity("resonance_speed", evidence.resonance, "speed of the largest vibration torque", speed),
+        Quantity("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", speed),
+        Quantity("dimensionless", numbers(machine), "dimensionless numbers of the machine"),
+        Quantity("advice", verdict.advice, "advice"),
+        Quantity("advised_time", verdict.needed, "time that would be long enough", time),
+    ]
+    if verdict.locked is not None:
+        quantities += [
+            Quantity("mean_speeds", verdict.locked.speeds, "mean speeds of the rotors", speed),
+            Quantity("rotor_phases", verdict.locked.phases, "mean phases of the rotors", "rad"),
+        ]
+    if verdict.rotors:
+        outcomes = {name: str(o) for name, o in verdict.rotors.items()}
+        quantities.append(Quantity("rotor_outcomes", outcomes, "outcome of each rotor"))
+    return quantities
+
+
+def _mismatch(result: xr.Dataset) -> float | None:
+    return float(result[MISMATCH][-1]) if MISMATCH in result else None

@@ -33,14 +33,6 @@ class RunUp(SingleRun):
 
     kind: ClassVar[str] = "run-up"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
-    headline: ClassVar[tuple[str, ...]] = (
-        "final_speed",
-        "final_amplitude",
-        "peak_amplitude",
-        "final_residual_unbalance",
-        "settling_time",
-        "machine_number",
-    )
     without_inertia: ClassVar[bool] = True
 
     starts: common.Starts = ()

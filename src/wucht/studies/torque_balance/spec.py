@@ -26,7 +26,6 @@ class TorqueBalance(Spec):
 
     kind: ClassVar[str] = "torque-balance"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "drive_torque"), ("speed", "surplus_torque"))
-    headline: ClassVar[tuple[str, ...]] = ("free_speed",)
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
     range: Interval | None = si("rad/s", "speed", default=None)
