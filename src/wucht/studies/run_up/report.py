@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.formatting import Format, formats, in_lines
+from wucht.results.formatting import Format, ReportLines, formats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,69 +19,67 @@ def report(result: xr.Dataset) -> list[str]:
     if "cases" in s:
         return _of_many(result, s)
     speed, length = formats(result, s["amplitude_unit"])
-    modulated, time_unit = s["modulation_period"] is not None, "" if result.attrs["dimensionless"] else " s"
-    range_ = f", modulated, between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if modulated else ""
-    free = f" of {speed(s['free_speed'])} without vibration" if s["free_speed"] is not None else ""
-    lines = {"speed": f"{speed(s['final_speed'])}{free}{range_}"}
+    lines, time = ReportLines(result), "" if result.wucht.dimensionless else " s"
+    modulated = s["modulation_period"] is not None
+    free = " of {free_speed} without vibration" if s["free_speed"] is not None else ""
+    lines.add("speed", "{final_speed}" + free + (", modulated, between {min_speed} and {max_speed}" if modulated else ""))
     if len(s.get("mean_speeds", ())) > 1:
-        lines["mean speeds"] = ", ".join(f"{name} {speed(w)}" for name, w in s["mean_speeds"].items())
+        lines.add("mean speeds", "{speeds}", speeds=", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items()))
     if "rotor_phases" in s:
-        lines["phase"] = _angles(s["rotor_phases"])
+        lines.add("phase", "{phases}", phases=_angles(s["rotor_phases"]))
     if s["natural_frequencies"]:
-        lines["resonance"] = ", ".join(f"{d}: {speed(f)}" for d, f in s["natural_frequencies"].items())
-    lines["amplitude"] = f"{length(s['final_amplitude'])} at the end, {length(s['peak_amplitude'])} at most"
-    lines |= _felt(s, length)
+        lines.add("resonance", "{natural_frequencies}")
+    lines.add("amplitude", "{final_amplitude} at the end, {peak_amplitude} at most")
+    _vibration(lines, s)
     if s["final_phases"]:
-        lines["phases"] = _angles(s["final_phases"])
-    if s["final_residual_unbalance"] is not None:
-        lines["unbalance"] = f"{100 * s['final_residual_unbalance']:.3g} % of the rotor's is left"
+        lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
+    lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's is left")
     if s["settling_time"] is not None:
-        lines["settled at"] = _settled(s, time_unit)
+        lines.add("settled at", _settled(s, time))
     if modulated:
         turns = s["modulation_period_phi"] / (2 * math.pi)
-        lines["modulation"] = f"period {s['modulation_period']:.5g}{time_unit}, {turns:.4g} turns"
-        if s["modulation_depth"] is not None:
-            lines["modulation"] += f", +-{100 * s['modulation_depth']:.2g} % of the speed averaged over turns"
-    if s["dimensionless"] and not result.attrs["dimensionless"]:
-        lines["in numbers"] = ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items())
-    if s["energy_residual"] is not None:
-        lines["energy"] = f"balance closed to {s['energy_residual']:.1e}"
+        depth = ", +-{modulation_depth:.2g%} of the speed averaged over turns" if s["modulation_depth"] is not None else ""
+        lines.add("modulation", f"period {{modulation_period:.5g}}, {turns:.4g} turns{depth}")
+    if s["dimensionless"] and not result.wucht.dimensionless:
+        lines.add("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items()))
+    lines.add("energy", "balance closed to {energy_residual:.1e}")
     if "slow" in s:
-        lines["slow"] = f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}"
-    apart = [
-        ("apart", f"speed {speed(d['speed'])}, amplitude {length(d['amplitude'])} at most, {name.replace('_', ' ')}")
-        for name, d in s.get("deviations", {}).items()
-        if d is not None
-    ]
-    return in_lines(result, f"{s['outcome'].upper()}: {s['sentence']}", [*lines.items(), *apart])
+        lines.add("slow", f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}")
+    for name, apart in s.get("deviations", {}).items():
+        if apart is not None:
+            lines.add(
+                "apart", f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}", apart, "deviations"
+            )
+    return lines.report(f"{s['outcome'].upper()}: {s['sentence']}")
 
 
 _LINE, _CIRCLE = 0.5, 0.98  # of the motion across over that along: below it throws in a direction, above all are alike
-_MOST_ROTORS = 6  # told one by one
+_MOST_ROTORS = 6  # named one by one
 _GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
 
 
-def _felt(s: dict[str, Any], length: Format) -> dict[str, str]:
+def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
     """What the vibration at the end is to the machine, and to what lies on it."""
     if s.get("stroke") is None or (s["machine_number"] < _GENTLE and "deck" not in s):
-        return {}
-    along, across = length(s["stroke"]), length(s["stroke"] * s["throw_ratio"])
+        return
+    across = lines.written(s["stroke"] * s["throw_ratio"], "m")
     way = "" if s["throw_direction"] is None else f" at {math.degrees(s['throw_direction']):.1f}\u00b0"
     shape = f"{way}, {across} across" if s["throw_ratio"] < _CIRCLE else " on a circle"
-    thrown = f"; throw number {s['throw_number']:.3g} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
-    return {
-        "throw" if s["throw_ratio"] < _LINE else "stroke": f"{along} peak to peak{shape}",
-        "acceleration": f"{s['acceleration']:.4g} m/s\u00b2, machine number {s['machine_number']:.3g}{thrown}",
-        "force": f"{_force(s['bearing_force'])} at most, of the bodies on the carrier",
-    } | _of_each(s.get("bearing_forces", {}))
+    thrown = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
+    lines.add("throw" if s["throw_ratio"] < _LINE else "stroke", f"{{stroke}} peak to peak{shape}")
+    lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{thrown}")
+    lines.add("force", f"{_force(s['bearing_force'])} at most, of the bodies on the carrier")
+    forces = s.get("bearing_forces", {})
+    if forces:
+        lines.add("bearings", "{forces}", forces=_of_each(forces))
 
 
-def _of_each(forces: dict[str, float]) -> dict[str, str]:
+def _of_each(forces: dict[str, float]) -> str:
     """The bearing force of each rotor, of many the largest."""
     largest = sorted(forces, key=lambda name: -forces[name])[:_MOST_ROTORS]
-    said = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
+    shown = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
     more = f"; {len(forces) - _MOST_ROTORS} more less" if len(forces) > _MOST_ROTORS else ""
-    return {"bearings": f"{said} at most, of each rotor on the carrier{more}"} if forces else {}
+    return f"{shown} at most, of each rotor on the carrier{more}"
 
 
 def _force(value: float) -> str:
