@@ -19,9 +19,7 @@ from wucht.studies.registry import Study, studies
 STUDY = """
 from typing import ClassVar
 
-import xarray as xr
-
-from wucht.extending import Spec, answered, new_figure, si
+from wucht.extending import Quantity, Spec, answer, new_figure, si
 
 
 class Counting(Spec):
@@ -42,7 +40,7 @@ def run(plan, work):
 
 
 def dataset(plan, findings):
-    return answered(xr.Dataset(), {{"bodies": findings}}, f"{{findings}} bodies")
+    return answer([Quantity("bodies", findings, "number of bodies")], f"{{findings}} bodies")
 
 
 def figure(result):

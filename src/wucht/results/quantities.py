@@ -195,5 +195,5 @@ def _by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
     named: dict[str, Quantity] = {}
     for quantity in quantities:
         if named.setdefault(quantity.name, quantity) is not quantity:
-            raise WuchtError(f"a result has two quantities of the name {quantity.name!r}")
+            raise WuchtError(f"a result has two quantities of the name {quantity.name!r}", code="taken")
     return named

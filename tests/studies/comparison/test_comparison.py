@@ -19,7 +19,6 @@ from wucht.errors import InputError
 from wucht.results.conventions import variable
 from wucht.results.page import JOURNAL, PRINT
 from wucht.results.style import printed_unit
-from wucht.results.summary_units import unit_of_number
 from wucht.studies.comparison import run as comparison_run
 from wucht.studies.comparison.compared import compared, refused
 from wucht.studies.comparison.dataset import dataset
@@ -240,12 +239,6 @@ def test_branches_and_directions_follow_each_other_with_a_gap() -> None:
     }
     kept = compared(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about | {"study": "speed-curve"}))), one)
     assert str(kept.curves[0].y.tolist()) == "[1.0, 2.0, nan, 3.0, 4.0]"
-
-
-def test_units_of_numbers() -> None:
-    assert unit_of_number("final_phases.p1") == "rad"
-    assert (unit_of_number("peak_amplitude"), unit_of_number("peak_amplitude", "rad")) == ("m", "rad")
-    assert unit_of_number("final_speed", dimensionless=True) == unit_of_number("energy_residual") == ""
 
 
 WITHOUT = {"optimise-balancer": "damping is varied here for a curve"}  # what a template does not ask for

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,8 +10,8 @@ import numpy as np
 from wucht.dynamics.sampling.label_maps import bound, share, uncertainty
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.results.conventions import Variable, answered, variable
 from wucht.results.formatting import percent
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.basin.map_axes import Axis
 from wucht.studies.basin.prepare import Plan
 from wucht.studies.basin.run import MISSING, Findings, Level
@@ -19,84 +20,82 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NOT_COMPUTED = "not-computed"
-_MOST_FAILURES = 3  # told one by one
+_MOST_FAILURES = 3  # named one by one
+_HEADLINES = ("compensated", "passed", "captured", "captured-modulated")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset of a map.
 
-    Its dimensions have the names of the axes, such as psi and delta, and their coordinates are the centres of its cells.
-    Variables (second axis, first axis): outcome, a flag, with its words in ``flag_meanings`` (-1: not computed); settling_time,
-    not a number where the motion has not settled; peak_amplitude; end_time, until when it was followed. With refined borders
-    the same on the finer cells: refined_psi, refined_delta, refined_outcome, ...: what a coarser cell hands down stands in each
-    of its parts; refined_level, after how many halvings a cell's run was made.
+    Its dimensions have the names of the axes, such as psi and delta. With refined borders it has all variables once more on the
+    finer cells (``refined_outcome``), where each part of a coarser cell has what that one has.
     """
-    import xarray as xr_
-
     base, last = findings.levels[0], findings.last
-    coordinates, data = _of_level(plan, base, "")
+    quantities = _of_level(plan, base, "")
     if last is not base:
-        more, refined = _of_level(plan, last, "refined_")
-        coordinates, data = coordinates | more, data | refined
-        words = "halvings after which the run was made (-1: not computed)"
-        data["refined_level"] = variable(" ".join(refined["refined_outcome"][0]), last.halvings_of, words)
-    summary = _summary(plan, findings)
+        cells, words = " ".join(_axes(plan, "refined_")[::-1]), "halvings after which the run was made (-1: not computed)"
+        quantities += [*_of_level(plan, last, "refined_"), Quantity("refined_level", last.halvings_of, words, "", cells)]
     names = {f"{k}_{word}": value for k, axis in zip("xy", plan.axes, strict=True) for word, value in _of_axis(axis).items()}
-    return answered(xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings), **names)
+    summary = _summary(plan, findings)
+    return answer([*quantities, *summary], _sentence(summary), _warnings(plan, findings), **names)
 
 
 def _of_axis(axis: Axis) -> dict[str, Any]:
     return {"axis": axis.name, "low": axis.low, "high": axis.high, "is_angle": int(axis.angle)}
 
 
-def _of_level(plan: Plan, level: Level, prefix: str) -> tuple[dict[str, Variable], dict[str, Variable]]:
+def _axes(plan: Plan, prefix: str) -> list[str]:
+    return [f"{prefix}{axis.name}" for axis in plan.axes]
+
+
+def _of_level(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
     """Coordinates and variables of a map."""
-    columns, rows = (f"{prefix}{axis.name}" for axis in plan.axes)
-    coordinates = {
-        name: variable(name, axis.centres(level.halvings), axis.what, axis.unit)
-        for name, axis in zip((columns, rows), plan.axes, strict=True)
-    }
-    cells, units = f"{rows} {columns}", plan.machine.units
+    names, units = _axes(plan, prefix), plan.machine.units
+    cells, length = " ".join(reversed(names)), plan.machine.orbit_unit
     of_mean = ", without ripple" if plan.spec.model == "slow" else ""  # that of the averaged vibration
-    outcome = variable(cells, level.outcome, "outcome")
-    outcome[2]["flag_values"] = np.array([MISSING, *range(len(OUTCOMES))], np.int8)  # type: ignore[assignment]
-    outcome[2]["flag_meanings"] = " ".join([_NOT_COMPUTED, *OUTCOMES])
-    data = {
-        "outcome": outcome,
-        "settling_time": variable(cells, level.settling_time, "settling time", units.time),
-        "peak_amplitude": variable(cells, level.peak_amplitude, f"peak amplitude{of_mean}", plan.machine.orbit_unit),
-        "end_time": variable(cells, level.end_time, "time until which the motion was followed", units.time),
+    flags = {
+        "flag_values": np.array([MISSING, *range(len(OUTCOMES))], np.int8),
+        "flag_meanings": " ".join([_NOT_COMPUTED, *OUTCOMES]),
     }
-    return coordinates, {f"{prefix}{name}": values for name, values in data.items()}
+    return [
+        *(
+            Quantity(name, axis.centres(level.halvings), axis.what, axis.unit, name)
+            for name, axis in zip(names, plan.axes, strict=True)
+        ),
+        Quantity(f"{prefix}outcome", level.outcome, "outcome", "", cells, attributes=flags),
+        Quantity(f"{prefix}settling_time", level.settling_time, "settling time", units.time, cells),
+        Quantity(f"{prefix}peak_amplitude", level.peak_amplitude, f"peak amplitude{of_mean}", length, cells),
+        Quantity(f"{prefix}end_time", level.end_time, "time until which the motion was followed", units.time, cells),
+    ]
 
 
-def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
+def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
     levels = [_shares(plan, level) for level in findings.levels]
-    last, finest = findings.last, plan.shape(plan.spec.refine)
+    last, finest, time = findings.last, plan.shape(plan.spec.refine), plan.machine.units.time
     present = [OUTCOMES[k] for k in np.unique(last.outcome) if k != MISSING]
-    of = {name: [float(f(last.end_time[_where(last, name)])) for f in (np.min, np.max)] for name in present}
-    summary = {
-        "sentence": "",
-        "axes": {
-            axis.name: {"range": [axis.low, axis.high], "cells": axis.cells, "unit": axis.unit, "periodic": axis.periodic}
-            for axis in plan.axes
-        },
-        "model": plan.spec.model,
-        "fractions": levels[-1]["fractions"],
-        "uncertainty": levels[-1]["uncertainty"],
-        "bound": levels[-1]["bound"],
-        "missing": levels[-1]["missing"],
-        "runs": last.total_runs,
-        "runs_of_dense_map": finest[0] * finest[1],
-        "levels": levels,
-        "until": plan.spec.until,
-        "followed": of,
-        "failures": sum(len(t.members.failures) for level in findings.levels for t in level.tiles),
-        "integration": plan.way,
-        "amplitude_unit": plan.machine.orbit_unit,
-        "time_unit": plan.machine.units.time,
+    followed = {name: [float(f(last.end_time[_where(last, name)])) for f in (np.min, np.max)] for name in present}
+    axes = {
+        axis.name: {"range": [axis.low, axis.high], "cells": axis.cells, "unit": axis.unit, "periodic": axis.periodic}
+        for axis in plan.axes
     }
-    return summary | {"sentence": _sentence(summary)}
+    failures = sum(len(t.members.failures) for level in findings.levels for t in level.tiles)
+    return [
+        Quantity("axes", axes, "axes of the map"),
+        Quantity("model", plan.spec.model, "equations"),
+        Quantity("fractions", levels[-1]["fractions"], "shares of the map by outcome", headline=_HEADLINES),
+        Quantity("uncertainty", levels[-1]["uncertainty"], "by how much the shares may be off, in 19 of 20 cases"),
+        Quantity("bound", levels[-1]["bound"], "by how much the shares are off at most, of borders that the map resolves"),
+        Quantity("missing", levels[-1]["missing"], "share of the map that is not computed"),
+        Quantity("runs", last.total_runs, "number of runs"),
+        Quantity("runs_of_dense_map", finest[0] * finest[1], "number of cells of the finest map"),
+        Quantity("levels", levels, "the same on each level of refinement"),
+        Quantity("until", plan.spec.until, "time until which each motion is followed", time),
+        Quantity("followed", followed, "least and greatest time until which motions of an outcome were followed", time),
+        Quantity("failures", failures, "number of runs that failed"),
+        Quantity("integration", plan.way, "how the motions are integrated"),
+        Quantity("amplitude_unit", plan.machine.orbit_unit, "unit of amplitudes"),
+        Quantity("time_unit", time, "unit of times"),
+    ]
 
 
 def _where(level: Level, outcome: Outcome) -> np.ndarray:
@@ -117,11 +116,11 @@ def _shares(plan: Plan, level: Level) -> dict[str, Any]:
     }
 
 
-def _sentence(summary: dict[str, Any]) -> str:
-    fractions, off = summary["fractions"], summary["uncertainty"]
+def _sentence(summary: Sequence[Quantity]) -> str:
+    fractions, off, missing = (next(q.value for q in summary if q.name == n) for n in ("fractions", "uncertainty", "missing"))
     order = sorted(fractions, key=lambda name: -fractions[name])
     parts = [f"{name} {percent(fractions[name], off[name])}" for name in order]
-    parts += [f"{100 * summary['missing']:.3g} % not computed yet"] if summary["missing"] else []
+    parts += [f"{100 * missing:.3g} % not computed yet"] if missing else []
     return ", ".join(parts)
 
 

@@ -53,12 +53,6 @@ class Basin(EnsembleSpec):
     kind: ClassVar[str] = "basin"
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
-    headline: ClassVar[tuple[str, ...]] = (
-        "fractions.compensated",
-        "fractions.passed",
-        "fractions.captured",
-        "fractions.captured-modulated",
-    )
 
     axes: Axes
     refine: common.Whole = Field(0, description="how often cells at the borders are halved")

@@ -6,11 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from wucht.results.formatting import ReportLines
-from wucht.studies.cam_law.dataset import NAMES
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_NAMES = ("position", "velocity", "acceleration", "jerk")
 _BINDS = 1e-5  # of its bound: so near, a restriction binds
 
 
@@ -19,7 +19,7 @@ def report(result: xr.Dataset) -> list[str]:
     lines = ReportLines(result)
     lines.add("stroke", "{stroke}")
     lines.add("dwell", "within {ripple} of what is asked")
-    for name in NAMES[1:]:
+    for name in _NAMES[1:]:
         lines.add(name, f"at most {{peaks.{name}}}")
     lines.add("rise", "of 1 over an arc of 1: Cv = {rise.velocity:.5g}, Ca = {rise.acceleration:.5g}, Cj = {rise.jerk:.5g}")
     for i in range(result.sizes["restriction"]):
@@ -31,7 +31,7 @@ def _restriction(result: xr.Dataset, lines: ReportLines, i: int) -> str:
     """How one is met, and whether it binds."""
     order = int(result.restricted.values[i])
     low, high, least, greatest = (float(result[n].values[i]) for n in ("low", "high", "least", "greatest"))
-    of = result[NAMES[max(order, 0)]]
+    of = result[_NAMES[max(order, 0)]]
     shown = [lines.written(value, of.units) for value in ((greatest,) if order < 0 or least == greatest else (least, greatest))]
     size = max(abs(bound) for bound in (low, high) if math.isfinite(bound))
     binds = low < high and (greatest > high - _BINDS * size or (order >= 0 and least < low + _BINDS * size))

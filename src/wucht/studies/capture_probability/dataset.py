@@ -9,8 +9,8 @@ import numpy as np
 
 from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
 from wucht.dynamics.sampling.smallest_value import fall_of, smallest
-from wucht.results.conventions import answered, variable
 from wucht.results.formatting import percent
+from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.capture_probability.distributions import KINDS
 from wucht.studies.capture_probability.prepare import Plan
 from wucht.studies.capture_probability.random_points import REPLICATES
@@ -19,72 +19,86 @@ from wucht.studies.capture_probability.run import Findings, Point
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_FAILURES = 3  # told one by one
+_MOST_FAILURES = 3  # named one by one
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a probability.
+    """The Dataset of a probability over a parameter; of a sensitivity also the indices of the random quantities."""
+    quantities = [*_of_points(plan, findings), *_of_indices(plan, findings), *_summary(plan, findings)]
+    return answer(quantities, _sentence(plan, findings, _complete(plan, findings)), _warnings(plan, findings))
 
-    Coordinate parameter: its values, those of the search among them. Variables (parameter): estimate, the share of the runs
-    that are counted among those whose outcome is known; low and high, its band; not_identified, the share of the others;
-    searched.
-    With a sensitivity (quantity): first_order and total, first_order_off and total_off, by how much these may be off.
-    """
-    import xarray as xr_
 
-    points, along = findings.points, plan.along
-    level = f"with {100 * plan.spec.confidence:g} % confidence"
-    data = {
-        "estimate": variable("parameter", [p.estimate for p in points], "probability"),
-        "low": variable("parameter", [p.bounds.low for p in points], f"lower bound of the probability {level}"),
-        "high": variable("parameter", [p.bounds.high for p in points], f"upper bound of the probability {level}"),
-        "not_identified": variable("parameter", [_open(p) for p in points], "share of runs without a verdict"),
-        "searched": variable("parameter", np.array([p.searched for p in points], np.int8), "asked for by the search"),
-    }
-    coordinates = {"parameter": variable("parameter", [p.value for p in points], along.words, along.unit)}
-    if (found := findings.indices) is not None:
-        coordinates["quantity"] = variable("quantity", [v.name for v in plan.varied], "random quantity")
-        for name, values, off in (
-            ("first_order", found.first, found.first_off),
-            ("total", found.total, found.total_off),
-        ):
-            words = f"{name.replace('_', '-')} Sobol' index"
-            data[name] = variable("quantity", values, words)
-            data[f"{name}_off"] = variable("quantity", off, f"by how much it may be off {level}")
-    summary = _summary(plan, findings)
-    made = xr_.Dataset(data, coords=coordinates)
-    return answered(made, summary, summary["sentence"], _warnings(plan, findings))
+def _level(plan: Plan) -> str:
+    return f"with {100 * plan.spec.confidence:g} % confidence"
+
+
+def _of_points(plan: Plan, findings: Findings) -> list[Quantity]:
+    points, along, level, by = findings.points, plan.along, _level(plan), "parameter"
+    return [
+        Quantity("parameter", [p.value for p in points], along.words, along.unit, by),
+        Quantity("estimate", [p.estimate for p in points], "probability", "", by),
+        Quantity("low", [p.bounds.low for p in points], f"lower bound of the probability {level}", "", by),
+        Quantity("high", [p.bounds.high for p in points], f"upper bound of the probability {level}", "", by),
+        Quantity("not_identified", [_open(p) for p in points], "share of runs without a verdict", "", by),
+        Quantity("searched", np.array([p.searched for p in points], np.int8), "part of the search", "", by),
+    ]
+
+
+def _of_indices(plan: Plan, findings: Findings) -> list[Quantity]:
+    indices, by = findings.indices, "quantity"
+    if indices is None:
+        return []
+    off = f"by how much it may be off {_level(plan)}"
+    return [
+        Quantity("quantity", [v.name for v in plan.varied], "random quantity", "", by),
+        Quantity("first_order", indices.first, "first-order Sobol' index", "", by),
+        Quantity("first_order_off", indices.first_off, off, "", by),
+        Quantity("total", indices.total, "total Sobol' index", "", by),
+        Quantity("total_off", indices.total_off, off, "", by),
+    ]
 
 
 def _open(point: Point) -> float:
     return float(point.open.sum()) / len(point.members.outcome)
 
 
-def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
-    spec, points = plan.spec, findings.points
-    complete = sum(not p.searched for p in points) == len(plan.grid)
-    wanted = spec.probability
+def _complete(plan: Plan, findings: Findings) -> bool:
+    return sum(not p.searched for p in findings.points) == len(plan.grid)
+
+
+def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
+    spec, points, along = plan.spec, findings.points, plan.along
+    searched, wanted = sum(p.searched for p in points), spec.probability
+    at = smallest(findings.bounds, wanted) if wanted is not None and _complete(plan, findings) else None
     runs = sum(len(p.members.outcome) for p in points) + (0 if findings.cross is None else len(findings.cross.outcome))
-    return {
-        "sentence": _sentence(plan, findings, complete),
-        "along": plan.along.path,
-        "unit": plan.along.unit,
-        "range": [plan.grid[0], plan.grid[-1]],
-        "outcome": list(spec.outcome),
-        "confidence": spec.confidence,
-        "wanted": wanted,
-        "smallest": smallest(findings.bounds, wanted) if wanted is not None and complete else None,
-        "probability": [{plan.along.path: p.value} | _numbers(p) for p in points],
-        "random": {name: _in_words(given) for name, given in spec.random.items()},
-        "samples": spec.samples,
-        "replicates": REPLICATES,
-        "searched": sum(p.searched for p in points),
-        "runs": runs,
-        "values": [sum(not p.searched for p in points), len(plan.grid)],
-        "sensitivity": _sensitivity(plan, findings),
-        "model": spec.model,
-        "integration": plan.way,
+    rows = [{along.path: p.value} | _numbers(p) for p in points]
+    parts = {
+        along.path: (along.words, along.unit),
+        "estimate": ("probability", ""),
+        "low": ("its lower bound", ""),
+        "high": ("its upper bound", ""),
+        "not_identified": ("share of runs without a verdict", ""),
+        "fractions": ("shares of the runs by outcome", ""),
     }
+    return [
+        Quantity("along", along.path, "parameter"),
+        Quantity("unit", along.unit, "its unit"),
+        Quantity("range", [plan.grid[0], plan.grid[-1]], "its least and greatest value", along.unit),
+        Quantity("outcome", list(spec.outcome), "outcomes that are counted"),
+        Quantity("confidence", spec.confidence, "confidence of the bounds"),
+        Quantity("wanted", wanted, "probability that is wanted"),
+        Quantity("smallest", at, "smallest value from which it is reached", along.unit),
+        *table("probability", rows, "probability at each value", parts),
+        Quantity("random", {name: _in_words(given) for name, given in spec.random.items()}, "random quantities"),
+        Quantity("samples", spec.samples, "number of runs at each value"),
+        Quantity("replicates", REPLICATES, "number of independent sets of random points"),
+        Quantity("searched", searched, "number of values of the search"),
+        Quantity("runs", runs, "number of runs"),
+        Quantity("values", [len(points) - searched, len(plan.grid)], "values that are computed, and all"),
+        Quantity("sensitivity", _sensitivity(plan, findings), "shares of the variance of the outcome, by random quantity"),
+        Quantity("model", spec.model, "equations"),
+        Quantity("integration", plan.way, "how the motions are integrated"),
+    ]
 
 
 def _numbers(point: Point) -> dict[str, Any]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.conventions import answered, assuming, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.results.style import value_in_words
-from wucht.results.summary_units import unit_of_number
 from wucht.studies.comparison.compared import Compared
 from wucht.studies.comparison.prepare import Case, Plan
 from wucht.studies.comparison.run import Findings
@@ -25,45 +24,45 @@ _WORDS = {
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset, of the variants that are finished.
-
-    Coordinates (variant): variant (its label), name (without what is varied), source (the file), and each varied key by its
-    path, in SI. Variables
-    (variant): study, machine, outcome, sentence, failure, and each number of the summaries by its path in them. curve_1_x,
-    curve_1_y (variant, sample_1) and so on: curves of one kind each; variants may lack them.
-    """
-    import xarray as xr_
-
+    """The Dataset, of the variants that are finished: each number of their summaries by its path, and their curves."""
     done = findings.compared
     cases = plan.cases[: len(done)]
     names = list(dict.fromkeys(name for c in done for name in c.numbers))
-    amplitude = next((str(c.summary["amplitude_unit"]) for c in done if c.summary.get("amplitude_unit")), "m")
-    bare = all(case.variant.dimensionless for case in cases)
-    data = {key: variable("variant", np.array([getattr(c, key) for c in done], str), what) for key, what in _WORDS.items()}
-    for name in names:
-        numbers = [c.numbers.get(name, np.nan) for c in done]
-        unit = next((c.units[name] for c in done if name in c.units), None)
-        unit = unit_of_number(name, amplitude, bare) if unit is None else unit
-        data[name] = variable("variant", numbers, _in_words(name), unit)
-    for k, kind in enumerate(dict.fromkeys(curve.kind for c in done for curve in c.curves), 1):
-        data |= _curves(k, kind, done)
-    labels = np.array([case.variant.label for case in cases], str)
-    coordinates = {
-        "variant": variable("variant", labels, "variant"),
-        "name": variable("variant", np.array([case.variant.name for case in cases], str), "name"),
-        "source": variable("variant", np.array([case.variant.source for case in cases], str), "file"),
-    } | {key.path: _varied(key, cases) for key in _keys(cases)}
-    result = xr_.Dataset({k: v for k, v in data.items() if k not in coordinates}, coordinates)
-    warnings, assumed = (_together(cases, said) for said in ([c.warnings for c in done], [c.assumed for c in done]))
-    if not bare:
-        bare_ones = [case.variant.label for case in cases if case.variant.dimensionless]
-        warnings += [
-            f"{one}: dimensionless; its numbers have no units and cannot be set against the others'" for one in bare_ones
-        ]
-    return assuming(answered(result, _summary(plan, done, names), _sentence(plan, done), warnings), assumed)
+    coordinates = _coordinates(cases)
+    taken = {q.name for q in coordinates}
+    numbers = [_number(name, done) for name in names if name not in taken]
+    words = {key: what for key, what in _WORDS.items() if key not in taken and key not in names}
+    texts = [Quantity(key, np.array([getattr(c, key) for c in done], str), what, "", "variant") for key, what in words.items()]
+    kinds = dict.fromkeys(curve.kind for c in done for curve in c.curves)
+    curves = [q for k, kind in enumerate(kinds, 1) for q in _curves(k, kind, done)]
+    warnings, assumed = (_together(cases, of) for of in ([c.warnings for c in done], [c.assumed for c in done]))
+    if not all(case.variant.dimensionless for case in cases):
+        bare = [case.variant.label for case in cases if case.variant.dimensionless]
+        warnings += [f"{one}: dimensionless; its numbers have no units and cannot be set against the others'" for one in bare]
+    quantities = [*coordinates, *texts, *numbers, *curves, *_summary(plan, done, names)]
+    return answer(quantities, _sentence(plan, done), warnings, assumed)
 
 
-def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> dict[str, Any]:
+def _number(name: str, done: Sequence[Compared]) -> Quantity:
+    """A number of the summaries, of all variants."""
+    unit = next((c.units[name] for c in done if name in c.units), "")
+    return Quantity(name, [c.numbers.get(name, np.nan) for c in done], _in_words(name), unit, "variant")
+
+
+def _coordinates(cases: Sequence[Case]) -> list[Quantity]:
+    """What the variants are called, and what is varied, in SI."""
+    labels, names, sources = (
+        np.array([getattr(case.variant, key) for case in cases], str) for key in ("label", "name", "source")
+    )
+    stated = [
+        Quantity("variant", labels, "variant", "", "variant"),
+        Quantity("name", names, "name without what is varied", "", "variant", coordinate=True),
+        Quantity("source", sources, "file", "", "variant", coordinate=True),
+    ]
+    return [*stated, *(_varied(key, cases) for key in _keys(cases))]
+
+
+def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> list[Quantity]:
     """Of one kind, of all variants, filled up to the length of the longest."""
     own = [next((curve for curve in c.curves if curve.kind == kind), None) for c in done]
     longest = max(len(curve.x) for curve in own if curve is not None)
@@ -71,8 +70,8 @@ def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> dic
     for k, curve in enumerate(own):
         if curve is not None:
             filled[:, k, : len(curve.x)] = curve.x, curve.y
-    dims = f"variant sample_{number}"
-    return {f"curve_{number}_{axis}": variable(dims, filled[i], kind[i], kind[2 + i]) for i, axis in enumerate(("x", "y"))}
+    dims, axes = f"variant sample_{number}", enumerate(("x", "y"))
+    return [Quantity(f"curve_{number}_{axis}", filled[i], kind[i], kind[2 + i], dims) for i, axis in axes]
 
 
 def _in_words(path: str) -> str:
@@ -86,34 +85,36 @@ def _keys(cases: Sequence[Case]) -> tuple[VariedKey, ...]:
     return cases[0].variant.keys if cases else ()
 
 
-def _varied(key: VariedKey, cases: Sequence[Case]) -> Any:
+def _varied(key: VariedKey, cases: Sequence[Case]) -> Quantity:
     """What a key was in each variant: numbers, or texts where one of them is none."""
     values = [case.variant.varied[key.path] for case in cases]
-    numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-    if not numeric:
-        return variable("variant", np.array([value_in_words(v, *key.printed) for v in values]), key.what)
-    dims, numbers, attributes = variable("variant", values, key.what, key.unit or "")
+    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        texts = np.array([value_in_words(v, *key.printed) for v in values])
+        return Quantity(key.path, texts, key.what, "", "variant", coordinate=True)
     factor, unit = key.printed
-    return dims, numbers, attributes | ({"printed_units": unit, "printed_factor": factor} if key.written else {})
+    printed = {"printed_units": unit, "printed_factor": factor} if key.written else {}
+    return Quantity(key.path, values, key.what, key.unit or "", "variant", coordinate=True, attributes=printed)
 
 
-def _summary(plan: Plan, done: Sequence[Compared], names: Sequence[str]) -> dict[str, Any]:
+def _summary(plan: Plan, done: Sequence[Compared], names: Sequence[str]) -> list[Quantity]:
     shown = list(dict.fromkeys(name for c in done for name in c.shown if name in names))
-    return {
-        "variants": [
-            {
-                "label": case.variant.label, "source": case.variant.source, "varied": dict(case.variant.varied),
-                "study": c.study, "machine": c.machine, "outcome": c.outcome, "failure": c.failure or None,
-                "summary": c.summary,
-            }
-            for case, c in zip(plan.cases, done, strict=False)
-        ],
-        "outcomes": dict(Counter(c.outcome for c in done if c.outcome)),
-        "failed": sum(bool(c.failure) for c in done),
-        "vary": {path: list(values) for path, values in plan.spec.vary.items()},
-        "varied": {key.path: {"what": key.what, "unit": key.unit} for key in _keys(plan.cases)},
-        "headline": shown or list(names),
-    }  # fmt: skip
+    variants = [
+        {
+            "label": case.variant.label, "source": case.variant.source, "varied": dict(case.variant.varied),
+            "study": c.study, "machine": c.machine, "outcome": c.outcome, "failure": c.failure or None,
+            "summary": c.summary,
+        }
+        for case, c in zip(plan.cases, done, strict=False)
+    ]  # fmt: skip
+    varied = {key.path: {"what": key.what, "unit": key.unit} for key in _keys(plan.cases)}
+    return [
+        Quantity("variants", variants, "the variants, each with its summary"),
+        Quantity("outcomes", dict(Counter(c.outcome for c in done if c.outcome)), "number of variants of each outcome"),
+        Quantity("failed", sum(bool(c.failure) for c in done), "number of variants that failed"),
+        Quantity("vary", {path: list(values) for path, values in plan.spec.vary.items()}, "values of each key that is varied"),
+        Quantity("varied", varied, "what each key is, and its unit"),
+        Quantity("headline", shown or list(names), "numbers that are shown first"),
+    ]
 
 
 def _sentence(plan: Plan, done: Sequence[Compared]) -> str:
@@ -123,9 +124,9 @@ def _sentence(plan: Plan, done: Sequence[Compared]) -> str:
     return f"{ready}{f': {outcomes}' if outcomes else ''}"
 
 
-def _together(cases: Sequence[Case], said: Sequence[tuple[str, ...]]) -> list[str]:
+def _together(cases: Sequence[Case], sentences: Sequence[tuple[str, ...]]) -> list[str]:
     """Sentences on each variant; what is said of all of them once."""
-    count = Counter(sentence for own in said for sentence in own)
-    every = [sentence for sentence, n in count.items() if n == len(said)]
-    pairs = [(case.variant.label, sentence) for case, own in zip(cases, said, strict=True) for sentence in own]
+    count = Counter(sentence for own in sentences for sentence in own)
+    every = [sentence for sentence, n in count.items() if n == len(sentences)]
+    pairs = [(case.variant.label, sentence) for case, own in zip(cases, sentences, strict=True) for sentence in own]
     return [*every, *(f"{label}: {sentence}" for label, sentence in pairs if sentence not in every)]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.conventions import answered, variable
-from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, shares
+from wucht.fields import Parameter
+from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, Mark, shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,17 +19,7 @@ _MOST_LOST = 4
 
 
 def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
-    """The Dataset of a stability map.
-
-    Boundaries, one after another (boundary_point): boundary_x, boundary_y, boundary_value (of the eliminated parameter, not a
-    number without one), boundary; boundary_name, boundary_group (boundary_number). Points where boundaries meet (mark): mark_x,
-    mark_y, mark_value, mark_kind, mark_label. Places that were looked at (place): place_x, place_y, place_label, place_begins,
-    place_ends. The plane (y, x), whose coordinates are the values of both parameters: region, an index; of each (region_number)
-    region_label, region_tone (0 without, 1 with a modulated motion that is unstable, 2 with a stable one; of endings their
-    kind), region_hatch, region_x, region_y: its inmost place.
-    """
-    import xarray as xr_
-
+    """The Dataset of a stability map."""
     parts = plan.parts(findings)
     a, b, third = plan.along, plan.second, plan.third
     unit = third.unit if third is not None else ""
@@ -35,60 +27,77 @@ def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
     numbers = np.repeat(np.arange(len(parts.lines)), [len(line.x) for line in parts.lines]).astype(int)
     x, y, value = (np.concatenate([np.empty(0), *(getattr(line, n) for line in parts.lines)]) for n in ("x", "y", "value"))
     inmost = np.array([parts.areas.inmost(k) for k in range(parts.areas.count)]).T
-    data = {
-        "boundary_x": variable("boundary_point", x, a.words, a.unit),
-        "boundary_y": variable("boundary_point", y, b.words, b.unit),
-        "boundary_value": variable("boundary_point", value, what, unit),
-        "boundary": variable("boundary_point", numbers, "boundary"),
-        "boundary_name": variable("boundary_number", np.array([line.name for line in parts.lines], "U96"), "name"),
-        "boundary_group": variable("boundary_number", np.array([line.group for line in parts.lines], "U96"), "drawn alike"),
-        "mark_x": variable("mark", [m.x for m in parts.marks], a.words, a.unit),
-        "mark_y": variable("mark", [m.y for m in parts.marks], b.words, b.unit),
-        "mark_value": variable("mark", [m.value for m in parts.marks], what, unit),
-        "mark_kind": variable("mark", np.array([m.kind for m in parts.marks], "U32"), "kind of the point"),
-        "mark_label": variable("mark", np.array([m.label for m in parts.marks], "U48"), "point in words"),
-        "place_x": variable("place", [p.x for p in parts.places], a.words, a.unit),
-        "place_y": variable("place", [p.y for p in parts.places], b.words, b.unit),
-        "place_label": variable("place", np.array([p.label for p in parts.places], "U96"), "what is the case there"),
-        "place_begins": variable("place", [p.begins for p in parts.places], f"{what} where the motion begins", unit),
-        "place_ends": variable("place", [p.ends for p in parts.places], f"{what} where the motion ends", unit),
-        "region": variable("y x", parts.areas.index.astype(np.int16), "region"),
-        "region_label": variable("region_number", np.array(parts.labels, "U96"), "what is the case there"),
-        "region_tone": variable("region_number", np.array(parts.tones, int), "tone"),
-        "region_hatch": variable("region_number", np.array(parts.hatches, int), "hatch"),
-        "region_x": variable("region_number", inmost[0], a.words, a.unit),
-        "region_y": variable("region_number", inmost[1], b.words, b.unit),
-    }  # fmt: skip
-    coordinates = {
-        "x": variable("x", parts.areas.x, a.words, a.unit),
-        "y": variable("y", parts.areas.y, b.words, b.unit),
-    }
-    summary = _summary(plan, parts)
-    return answered(
-        xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings, parts),
+    quantities = [
+        Quantity("x", parts.areas.x, a.words, a.unit, "x"),
+        Quantity("y", parts.areas.y, b.words, b.unit, "y"),
+        Quantity("boundary_x", x, a.words, a.unit, "boundary_point"),
+        Quantity("boundary_y", y, b.words, b.unit, "boundary_point"),
+        Quantity("boundary_value", value, what, unit, "boundary_point"),
+        Quantity("boundary", numbers, "boundary", "", "boundary_point"),
+        Quantity("boundary_name", np.array([line.name for line in parts.lines], "U96"), "name", "", "boundary_number"),
+        Quantity("boundary_group", np.array([line.group for line in parts.lines], "U96"), "drawn alike", "", "boundary_number"),
+        Quantity("mark_x", [m.x for m in parts.marks], a.words, a.unit, "mark"),
+        Quantity("mark_y", [m.y for m in parts.marks], b.words, b.unit, "mark"),
+        Quantity("mark_value", [m.value for m in parts.marks], what, unit, "mark"),
+        Quantity("mark_kind", np.array([m.kind for m in parts.marks], "U32"), "kind of the point", "", "mark"),
+        Quantity("mark_label", np.array([m.label for m in parts.marks], "U48"), "point in words", "", "mark"),
+        Quantity("place_x", [p.x for p in parts.places], a.words, a.unit, "place"),
+        Quantity("place_y", [p.y for p in parts.places], b.words, b.unit, "place"),
+        Quantity("place_label", np.array([p.label for p in parts.places], "U96"), "what is the case there", "", "place"),
+        Quantity("place_begins", [p.begins for p in parts.places], f"{what} where the motion begins", unit, "place"),
+        Quantity("place_ends", [p.ends for p in parts.places], f"{what} where the motion ends", unit, "place"),
+        Quantity("region", parts.areas.index.astype(np.int16), "region", "", "y x"),
+        Quantity("region_label", np.array(parts.labels, "U96"), "what is the case there", "", "region_number"),
+        Quantity("region_tone", np.array(parts.tones, int), "tone", "", "region_number"),
+        Quantity("region_hatch", np.array(parts.hatches, int), "hatch", "", "region_number"),
+        Quantity("region_x", inmost[0], a.words, a.unit, "region_number"),
+        Quantity("region_y", inmost[1], b.words, b.unit, "region_number"),
+        *_summary(plan, parts),
+    ]  # fmt: skip
+    return answer(
+        quantities, _sentence(plan, parts), _warnings(plan, findings, parts),
         along=a.path, along_unit=a.unit, along_what=a.words, second=b.path, second_unit=b.unit, second_what=b.words,
         eliminated="" if third is None else third.path, everywhere=", ".join(parts.everywhere),
         low=plan.bounds[0][0], high=plan.bounds[0][1], second_low=plan.bounds[1][0], second_high=plan.bounds[1][1],
     )  # fmt: skip
 
 
-def _summary(plan: MapPlan[Any], parts: MapParts) -> dict[str, Any]:
-    third = plan.third
-    return {
-        "sentence": _sentence(plan, parts),
-        "along": plan.along.path, "along_unit": plan.along.unit, "range": list(plan.bounds[0]),
-        "second": plan.second.path, "second_unit": plan.second.unit, "second_range": list(plan.bounds[1]), **plan.keys,
-        "boundaries": {line.name: np.array([line.x, line.y]).T.tolist() for line in parts.lines},
-        "boundary_values": {line.name: line.value.tolist() for line in parts.lines if np.isfinite(line.value).all()},
-        "points": [
-            {"kind": m.kind, plan.along.path: m.x, plan.second.path: m.y}
-            | ({} if third is None or math.isnan(m.value) else {third.path: m.value})
-            for m in parts.marks
-        ],
-        "regions": [{"label": label, "share": share} for label, share in shares(parts.areas, parts.labels).items()],
-        "everywhere": list(parts.everywhere),
-        "places": len(parts.places), "against": len(parts.against), "runs": parts.runs,
-    }  # fmt: skip
+def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
+    parameters = [p for p in (plan.along, plan.second, plan.third) if p is not None]
+    points = [_point(m, parameters) for m in parts.marks]
+    regions = [{"label": label, "share": share} for label, share in shares(parts.areas, parts.labels).items()]
+    lines = {line.name: np.array([line.x, line.y]).T.tolist() for line in parts.lines}
+    values = {line.name: line.value.tolist() for line in parts.lines if np.isfinite(line.value).all()}
+    of_points = {p.path: (p.words, p.unit) for p in parameters}
+    of_points |= {"kind": ("kind of the point", ""), "values": ("values of the parameters", "")}
+    of_regions = {"label": ("what is the case there", ""), "share": ("share of the plane", "")}
+    names, ranges = ("along", "second", "eliminate"), ("range", "second_range", "eliminate_range")
+    axes = zip(names, ranges, parameters, (*plan.bounds, plan.ends), strict=False)
+    return [
+        *(
+            q
+            for name, range_, p, ends in axes
+            for q in (
+                Quantity(name, p.path, "parameter"),
+                Quantity(f"{name}_unit", p.unit, "its unit"),
+                Quantity(range_, list(ends), f"range of the {p.words}", p.unit),
+            )
+        ),
+        Quantity("boundaries", lines, "points of the boundaries"),
+        Quantity("boundary_values", values, "values of the eliminated parameter there"),
+        *table("points", points, "points at which boundaries meet", of_points),
+        *table("regions", regions, "regions of the plane", of_regions),
+        Quantity("everywhere", list(parts.everywhere), "what is the case in the whole plane"),
+        Quantity("places", len(parts.places), "number of places that were computed one by one"),
+        Quantity("against", len(parts.against), "number of places that contradict their region"),
+        Quantity("runs", parts.runs, "number of runs"),
+    ]
+
+
+def _point(mark: Mark, parameters: Sequence[Parameter]) -> dict[str, Any]:
+    """Under the names of the parameters, too, where the table has no other key of the name."""
+    values = [x for x in (mark.x, mark.y, mark.value)[: len(parameters)] if not math.isnan(x)]
+    return dict(zip([p.path for p in parameters], values, strict=False)) | {"kind": mark.kind, "values": values}
 
 
 def _sentence(plan: MapPlan[Any], parts: MapParts) -> str:

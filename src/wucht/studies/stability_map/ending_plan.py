@@ -55,8 +55,7 @@ class EndingPlan(MapPlan[EndingFindings]):
         ends = ends_of(subject, third, spec.eliminate_range, "eliminate_range")
         plane = Plane((third.path, along.path, second.path), (ends, *bounds))
         case = EndingMapCase.of(subject, plane, spec.cells or _CELLS, spec.settings, spec.orbit_settings)
-        keys = {"eliminate": third.path, "eliminate_unit": third.unit, "eliminate_range": list(ends)}
-        return cls(along, second, bounds, case.warnings, third, keys, case)
+        return cls(along, second, bounds, case.warnings, third, ends, case)
 
     def run(self, work: Work) -> Iterator[EndingFindings]:
         """See ``MapPlan``."""

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -86,7 +86,7 @@ class MapPlan(ABC, Generic[F]):
     """What is to be done, and what is made of it.
 
     along, second: the parameters of the plane, with their bounds. warnings: what is doubtful about the equations. third: the
-    parameter whose values lines, marks and places have, if there is one; keys: what the summary says of it.
+    parameter whose values lines, marks and places have, if there is one; ends: its range, empty without one.
     """
 
     along: Parameter
@@ -94,7 +94,7 @@ class MapPlan(ABC, Generic[F]):
     bounds: Bounds
     warnings: tuple[str, ...]
     third: Parameter | None
-    keys: Mapping[str, Any]
+    ends: tuple[float, ...]
 
     @abstractmethod
     def run(self, work: Work) -> Iterator[F]:

@@ -17,8 +17,8 @@ def report(result: xr.Dataset) -> list[str]:
         xs, ys = zip(*line, strict=True)
         lines.append(f"  {name}: {along} from {min(xs):.5g} to {max(xs):.5g}, {second} from {min(ys):.5g} to {max(ys):.5g}")
     for p in s["points"]:
-        third = f", {s['eliminate']} = {p[s['eliminate']]:.7g}" if s.get("eliminate") in p else ""
-        lines.append(f"  {p['kind'].replace('-', ' ')}: {along} = {p[along]:.7g}, {second} = {p[second]:.7g}{third}")
+        at = zip((along, second, s.get("eliminate")), p["values"], strict=False)
+        lines.append(f"  {p['kind'].replace('-', ' ')}: {', '.join(f'{name} = {value:.7g}' for name, value in at)}")
     for region in s["regions"]:
         lines.append(f"  {100 * region['share']:5.1f} %  {region['label']}")
     agree = s["places"] - s["against"]

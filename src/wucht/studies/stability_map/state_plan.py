@@ -49,7 +49,7 @@ class StatePlan(MapPlan[StateFindings]):
         """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
         paths, orbits = (along.path, second.path), spec.orbit_settings if spec.orbits else None
         case = StateMapCase.of(subject, paths, bounds, spec.cells or _CELLS, spec.settings, orbits)
-        return cls(along, second, bounds, case.warnings, None, {}, case)
+        return cls(along, second, bounds, case.warnings, None, (), case)
 
     def run(self, work: Work) -> Iterator[StateFindings]:
         """See ``MapPlan``."""

@@ -1,0 +1,126 @@
+"""Quantities: variables, summary, units and lines of a report follow from one statement."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.refusals import rejected
+
+from wucht.results.formatting import ReportLines
+from wucht.results.quantities import Answer, Quantity, answer, table, variables_of
+
+POINTS = [
+    {"speed": 10.0, "torque": 2.0, "stable": True, "name": "low"},
+    {"speed": 20.0, "torque": None, "stable": False, "name": "high"},
+]
+PARTS = {"speed": ("speed", "rad/s"), "torque": ("torque", "N m"), "stable": ("whether it is stable", ""), "name": ("name", "")}
+PEAKS = {"velocity": ("v", "m"), "jerk": ("j", "m/rad^3")}
+QUANTITIES = [
+    Quantity("speed", [10.0, 20.0], "speed", "rad/s", "speed"),
+    Quantity("label", ["a", "b"], "label", "", "speed", coordinate=True),
+    Quantity("free_speed", 104.72, "speed without vibration", "rad/s", "", in_summary=True, headline=True),
+    Quantity("missing", None, "speed that is not there", "rad/s", "", in_summary=True),
+    Quantity(
+        "peaks",
+        {"velocity": 2e-3, "jerk": 3.0},
+        "peaks",
+        parts={"velocity": ("v", "m"), "jerk": ("j", "m/rad^3")},
+        headline=["jerk"],
+    ),
+    Quantity("amplitudes", {"x": 2e-6, "y": 0.5}, "amplitudes", "m"),
+    Quantity("share", 0.12345, "share"),
+    *table("points", POINTS, "points", PARTS, "point", ["speed", "torque", "stable", "name"]),
+]
+
+
+def made(**more: object) -> xr.Dataset:
+    result = answer(QUANTITIES, "it works", ["a warning"], ["an assumption"], engine="heyoka", **more)
+    return result.assign_attrs(study="test", title="A title", dimensionless=0, finished=1)
+
+
+def test_variables_have_what_is_stated() -> None:
+    result = made()
+    assert set(result.coords) == {"speed", "label"}
+    assert set(result.data_vars) == {"free_speed", "missing", "point_speed", "point_torque", "point_stable", "point_name"}
+    assert result.free_speed.attrs == {"long_name": "speed without vibration", "units": "rad/s"}
+    assert math.isnan(float(result.missing))
+    assert result.point_stable.dtype == np.int8
+    assert result.point_stable.values.tolist() == [1, 0]
+    assert result.point_name.values.tolist() == ["low", "high"]
+    assert result.point_torque.values[0] == 2.0
+    assert math.isnan(float(result.point_torque[1]))
+    assert result.point_torque.dims == ("point",)
+
+
+def test_the_summary_has_its_keys_in_order() -> None:
+    says = made().wucht
+    assert list(says.summary) == ["sentence", "free_speed", "missing", "peaks", "amplitudes", "share", "points"]
+    assert says.summary["points"] == POINTS
+    assert says.summary["missing"] is None
+    assert (says.sentence, says.warnings, says.assumed, says.failure) == ("it works", ["a warning"], ["an assumption"], "")
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [
+        ("free_speed", "rad/s"), ("points[1].torque", "N m"), ("points.stable", ""), ("peaks.velocity", "m"),
+        ("amplitudes.x", "m"), ("share", ""), ("of_an_earlier_version", ""), ("sentence", ""),
+    ],
+)  # fmt: skip
+def test_units_by_path(path: str, unit: str) -> None:
+    assert made().wucht.unit_at(path) == unit
+
+
+def test_headlines_are_those_stated_in_their_order() -> None:
+    assert made().wucht.headlines == ["free_speed", "peaks.jerk"]
+
+
+def test_attributes_are_texts_and_numbers_so_that_anyone_can_write_the_dataset(tmp_path: Path) -> None:
+    made().to_netcdf(tmp_path / "own.nc", engine="h5netcdf")
+    again = xr.load_dataset(tmp_path / "own.nc", engine="h5netcdf")
+    assert again.wucht.summary == made().wucht.summary
+    assert json.loads(again.attrs["quantities"])["points"]["parts"]["torque"] == {"what": "torque", "unit": "N m"}
+
+
+def test_a_name_is_given_once() -> None:
+    twice = Quantity("speed", 1.0, "speed", "rad/s")
+    with rejected("taken"):
+        answer([twice, Quantity("speed", 2.0, "another speed")], "")
+    both = answer([twice, Quantity("speed", [1.0], "speeds", "rad/s", "body")], "")  # one in the summary, one in the Dataset
+    assert both.wucht.summary["speed"] == 1.0
+
+
+def test_an_empty_table_has_empty_columns() -> None:
+    empty = variables_of(table("points", [], "points", PARTS, "point", ["speed", "stable"]))
+    assert empty.point_speed.shape == (0,)
+
+
+def test_an_answer_may_describe_a_dataset_that_has_its_variables() -> None:
+    base = xr.Dataset({"x": ("time", [1.0])}, attrs={"old": 1})
+    result = Answer([Quantity("share", 0.5, "share")], "done", failure="cut off").dataset(base)
+    assert (set(result.data_vars), result.wucht.failure, "old" in result.attrs) == ({"x"}, "cut off", False)
+    assert base.attrs == {"old": 1}
+
+
+def test_lines_of_a_report_are_written_with_their_units() -> None:
+    lines = ReportLines(made())
+    lines.add("free", "{free_speed} without vibration")
+    lines.add("nothing", "{missing}")  # left out
+    lines.add("share", "{share:%} or {share:.4%} or {share}")
+    lines.add("jerk", "{peaks.jerk}, {peaks.velocity}")
+    lines.add("each", "{amplitudes}")
+    lines.add("point", "{speed}: {torque}, {name} {text}", POINTS[0], "points", text="{as it is}")
+    assert lines.report("fine") == [
+        "A title",
+        "verdict: fine",
+        "  free         104.72 rad/s (1000 rpm) without vibration",
+        "  share        12.3 % or 12.35 % or 0.1235",
+        "  jerk         3000 mm/rad³, 2 mm",
+        "  each         x: 2 um, y: 500 mm",
+        "  point        10 rad/s (95 rpm): 2 N m, low {as it is}",
+    ]
