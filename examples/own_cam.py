@@ -13,7 +13,7 @@ from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws.law import Law
 from wucht.cams.laws.standard_laws import StandardLaw, of_polynomials
 from wucht.cams.tables.kinds_of_law import RiseTable
-from wucht.fields import si
+from wucht.schema import si
 
 
 class Cubic(RiseTable):

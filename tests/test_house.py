@@ -12,8 +12,7 @@ import pytest
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
-    "errors", "disk_cache", "file_names", "quantities", "piecewise", "system", "checking", "fields", "kinds", "keys", "results",
-    "numerics", "fatigue",
+    "errors", "schema", "disk_cache", "file_names", "piecewise", "system", "kinds", "results", "numerics", "fatigue",
     "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics", "studies", "extending", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}

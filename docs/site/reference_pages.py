@@ -8,15 +8,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from wucht.cams.drive import followers, laws, linkages
-from wucht.checking import models_in
 from wucht.files.catalogue import FOLDER
-from wucht.keys import Key, keys_of
 from wucht.kinds import classes_of
 from wucht.machines.models import Model
 from wucht.machines.parts import GROUP, known
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
+from wucht.schema import Key, keys_of, models_in
 from wucht.studies.registry import Study, studies
 
 from .gallery import Entry

@@ -17,9 +17,9 @@ Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file
 ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
 ``averaged``, ``strongly_damped``, ``separated``.
 
-The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
-``checking``, ``fields``, ``keys``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``,
-``analysis``, ``measurements``, ``cams``, ``dynamics``, ``studies``, ``extending``, ``cli``.
+The floors of the house, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
+``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``, ``cams``,
+``dynamics``, ``studies``, ``extending``, ``cli``.
 """
 
 from __future__ import annotations

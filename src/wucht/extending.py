@@ -18,7 +18,6 @@ from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError, WuchtError
-from wucht.fields import si
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.parts.attachment import Attachment
@@ -31,6 +30,7 @@ from wucht.results.formatting import ReportLines, formats, in_lines
 from wucht.results.quantities import Quantity, answer, table
 from wucht.results.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.results.style import COLOURS, label
+from wucht.schema import si
 from wucht.studies.runner import draw, export, load, report, run
 from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
 

@@ -15,11 +15,11 @@ from docs.site.published import at, compared, contradicted, published
 from page_blocks import PAGES
 
 from wucht.files.catalogue import load_document, names
-from wucht.keys import keys_of
 from wucht.kinds import classes_of
 from wucht.machines.models import models
 from wucht.machines.parts import GROUP, bodies, carriers, drives, loads
 from wucht.machines.parts.base import Part
+from wucht.schema import keys_of
 from wucht.studies.registry import studies
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study

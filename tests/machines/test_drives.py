@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.refusals import refused
 
-from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.machines.parts import drives
+from wucht.schema import checked
 
 few = settings(max_examples=40, deadline=None, derandomize=True)
 INDUCTION = {

@@ -12,10 +12,10 @@ from tests.refusals import refused
 from witness import energy_gap, moved
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
-from wucht.checking import checked
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
+from wucht.schema import checked
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.refusals import refused
 
-from wucht.checking import checked
 from wucht.machines.parts import loads
 from wucht.machines.parts.base import Frame
 from wucht.mechanics.lagrange import Coordinate
+from wucht.schema import checked
 
 few = settings(max_examples=40, deadline=None, derandomize=True)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from tests.refusals import refused
 
 from wucht.measurements.recording import ANGLE, FULL_SCALE, SPEED, Channel, Recording
-from wucht.quantities import Unit
+from wucht.schema import Unit
 
 T = np.array([0.0, 0.1, 0.3])
 

@@ -63,7 +63,7 @@ def bases() -> dict[str, dict[str, Any]]:
 def schema() -> dict[str, list[tuple[str, str]]]:
     """The keys of studies and parts with what they allow, by kind."""
     from wucht.cli.list import kinds
-    from wucht.keys import keys_of
+    from wucht.schema import keys_of
     from wucht.studies.registry import studies
 
     classes = {kind: study.spec for kind, study in studies().items()}

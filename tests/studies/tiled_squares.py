@@ -18,8 +18,8 @@ import xarray as xr
 
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.fields import si
 from wucht.results.conventions import answered, variable
+from wucht.schema import si
 from wucht.studies.cluster import TaskReport
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description

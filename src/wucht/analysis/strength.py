@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import sympy as sp
 
-from wucht.fields import Parameter
 from wucht.machines.machine import Machine
 from wucht.mechanics.energies import Energies
+from wucht.schema import Parameter
 
 STRENGTH = "kappa"
 

@@ -19,12 +19,12 @@ from wucht.cams.tables.linkage import LinkageTable
 from wucht.cams.tables.motion_law import LawTable, MotionLaw
 from wucht.cams.tables.output import unit_of_output
 from wucht.cams.tables.speed import SpeedTable
-from wucht.checking import checked, choice, table
 from wucht.errors import InputError
 from wucht.files.documents import contents_of
 from wucht.kinds import kinds_of
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.harmonics import Harmonics
+from wucht.schema import checked, choice, table
 
 GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")

@@ -14,7 +14,7 @@ def gathered() -> dict[str, Any]:
     from wucht.cli.completion import Shell
     from wucht.cli.figure_options import Format, Style
     from wucht.cli.list import kinds
-    from wucht.keys import keys_of
+    from wucht.schema import keys_of
     from wucht.studies.registry import studies
     from wucht.studies.study_file import DEFAULT_KIND
 

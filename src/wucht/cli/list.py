@@ -13,7 +13,7 @@ from wucht.cli.importing import Imports
 from wucht.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from wucht.keys import Key
+    from wucht.schema import Key
 
 _WIDEST = 44  # of a column
 

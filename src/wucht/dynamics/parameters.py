@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
-from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit, read_quantity
 
 Quantity = float | str  # in the unit of a parameter of the subject
 

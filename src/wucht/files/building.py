@@ -6,7 +6,6 @@ import copy
 from collections.abc import Mapping
 from typing import Any
 
-from wucht.checking import checked, choice, refuse_unknown, table, text
 from wucht.errors import InputError
 from wucht.files.documents import Document, settings_in
 from wucht.files.equal_bodies import with_equal_bodies
@@ -16,6 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import attachments, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
+from wucht.schema import checked, choice, refuse_unknown, table, text
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
 MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")

@@ -7,7 +7,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.file_names import printable, safe_name
 from wucht.files.building import MACHINE_KEYS, machine_from
@@ -18,6 +17,7 @@ from wucht.files.own_equations import OwnEquations, equations_from, with_values
 from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
+from wucht.schema import refuse_unknown, table, text
 
 T = TypeVar("T")
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"

@@ -10,15 +10,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
-from wucht.checking import checked, choice
 from wucht.errors import InputError
-from wucht.fields import Described
 from wucht.files.documents import Document
-from wucht.keys import Key, keys_of
 from wucht.machines.parts import bodies as body_kinds
 from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import angular_width
-from wucht.quantities import Unit
+from wucht.schema import Described, Key, Unit, checked, choice, keys_of
 
 _KEYS = ("count", "start", "seed")
 

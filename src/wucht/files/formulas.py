@@ -16,7 +16,7 @@ import sympy as sp
 
 from wucht.errors import InputError, nearest
 from wucht.piecewise import ABSOLUTE, PiecewiseCubic, step
-from wucht.quantities import LARGEST
+from wucht.schema import LARGEST
 
 _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one another
 _TOKEN = re.compile(

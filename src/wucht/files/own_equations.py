@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from wucht.checking import read_quantity, refuse_unknown, table, text
 from wucht.errors import InputError, WuchtError, nearest
-from wucht.fields import Parameter
 from wucht.files.documents import Document, flatten, settings_in
 from wucht.files.formulas import CONSTANTS, FUNCTIONS, formula
 from wucht.numerics.flow.program import Evaluator
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit, read_quantity, refuse_unknown, table, text
 from wucht.system import TIME, System
 
 KEYS = ("title", "use", "set", "states", "angles", "parameters", "definitions")

@@ -8,13 +8,13 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from wucht.checking import choice, fields_of, models_in, table
 from wucht.errors import InputError, nearest
 from wucht.files.documents import Document, flatten
 from wucht.files.equal_bodies import is_of_one, of_all_first, with_equal_bodies
 from wucht.machines.assembly import shaft_labels
 from wucht.machines.models import models
 from wucht.machines.parts import attachments, bodies, carriers, drives, loads
+from wucht.schema import choice, fields_of, models_in, table
 
 
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:

@@ -11,7 +11,7 @@ from wucht.errors import InputError
 from wucht.files.documents import Document, read_text
 from wucht.files.text_rows import cells_of
 from wucht.machines.parts.characteristic import SPEED_TORQUE
-from wucht.quantities import Unit, article
+from wucht.schema import Unit, article
 
 TIME_DISPLACEMENT = (Unit("s", "time"), Unit("m", "displacement"))
 TIME_ANGLE = (Unit("s", "time"), Unit("rad", "angle"))

@@ -13,9 +13,7 @@ from typing import Any, TypeVar
 
 import sympy as sp
 
-from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError, WuchtError, code_of, nearest
-from wucht.fields import Parameter
 from wucht.machines.attaching import check_attachments, place_of
 from wucht.machines.models import Model
 from wucht.machines.operation import operating_speed
@@ -29,7 +27,7 @@ from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, starts,
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit, read_quantity, refuse_unknown
 
 RESERVED = (
     "attachments", "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation",

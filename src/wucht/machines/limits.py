@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Any
 
-from wucht.checking import checked, fields_of
 from wucht.errors import InputError
 from wucht.machines.parts.base import Part
+from wucht.schema import checked, fields_of
 
 
 def check_values(

@@ -10,9 +10,7 @@ from typing import Any, Self
 import numpy as np
 import sympy as sp
 
-from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
-from wucht.fields import Parameter
 from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Drive, Part
 from wucht.machines.parts.track import Track
@@ -23,7 +21,7 @@ from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.mechanics.linear_carrier import LinearCarrier
 from wucht.numerics.flow.program import compiled_function, number_function
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit, read_quantity
 from wucht.system import TIME, System
 
 

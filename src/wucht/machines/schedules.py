@@ -14,14 +14,12 @@ from typing import Any
 
 import sympy as sp
 
-from wucht.checking import choice, is_pairs, read_quantity, refuse_unknown
 from wucht.errors import InputError, nearest
-from wucht.fields import Parameter
 from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Part
 from wucht.machines.volts_per_hertz import proportional_voltage
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit, choice, is_pairs, read_quantity, refuse_unknown
 from wucht.system import TIME, Output, System
 
 SCHEDULED = "schedule_work"

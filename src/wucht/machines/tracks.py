@@ -14,12 +14,12 @@ from typing import TypeVar
 import sympy as sp
 
 from wucht.errors import InputError
-from wucht.fields import Parameter
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.parts.stop import stop
 from wucht.machines.parts.track import RESTITUTION, Track, Tracked
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
+from wucht.schema import Parameter
 
 FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.errors import InputError, code_of, nearest
-from wucht.quantities import LARGEST, Unit, article
+from wucht.schema import LARGEST, Unit, article
 
 TIME = Unit("s", "time")
 SPEED = Unit("rad/s", "angular speed")

@@ -12,7 +12,7 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.measurements.pulses import HYSTERESIS, check_even, holds_instants, pulse_times
 from wucht.measurements.recording import ANGLE, SPEED, Channel, Recording
-from wucht.quantities import Unit
+from wucht.schema import Unit
 
 Quantity = Literal["speed", "angle", "pulses"]
 TURN = 2 * math.pi

@@ -14,7 +14,7 @@ from wucht.errors import InputError
 from wucht.files.documents import read_text
 from wucht.files.text_rows import cells_of
 from wucht.measurements.recording import ANGLE, SPEED, TIME, Channel, Recording
-from wucht.quantities import Unit
+from wucht.schema import Unit
 
 _TIMES = ("time", "t", "zeit", "times", "timestamp")
 _KNOWN = (TIME, SPEED, ANGLE, Unit("m/s^2", "acceleration"), Unit("rad/s^2", "angular acceleration"))

@@ -9,10 +9,9 @@ from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.parameters import parameter_of
 from wucht.errors import InputError
-from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit
 
 NAMES = ("compensating", "together", "opposed")
 RESERVED = frozenset({  # keys of the summary, beside which stands the name of a parameter of equations

@@ -9,8 +9,8 @@ import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.steady_states import Ordinates
-from wucht.fields import Parameter
 from wucht.results.conventions import Variable, variable
+from wucht.schema import Parameter
 
 
 def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:

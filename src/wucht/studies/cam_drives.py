@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from wucht.cams.drive import TABLES, CamDrive, drive_from
-from wucht.checking import refuse_unknown
 from wucht.errors import InputError, nearest
 from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
 from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, refuse_bare_frequencies
+from wucht.schema import refuse_unknown
 from wucht.studies.subjects import Description
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies import spec as common
 
 _TOLERANCE = 1e-6  # members are many, and the border of a basin is not known better

@@ -7,11 +7,9 @@ from typing import Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import checked, read_quantity
 from wucht.errors import InputError
 from wucht.fatigue.woehler_line import WoehlerLine, slope_below
-from wucht.fields import Described, si
-from wucht.quantities import Unit
+from wucht.schema import Described, Unit, checked, read_quantity, si
 from wucht.studies.spec import Quantity
 
 _STEEPEST = 100.0  # slope of a Woehler line: those of materials are 3 to 20

@@ -10,7 +10,6 @@ import numpy as np
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.dynamics.verdicts.locking import is_locking, rotor_phases
 from wucht.dynamics.verdicts.observables import Orbit, Rows, balanced
-from wucht.fields import in_words
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
@@ -19,6 +18,7 @@ from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.span_record import Spans
 from wucht.numerics.peaks import envelope
 from wucht.results.quantities import Quantity
+from wucht.schema import in_words
 
 _TORQUES = {
     "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",

@@ -17,8 +17,8 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
-from wucht.checking import choice
 from wucht.errors import InputError, WuchtError
+from wucht.schema import choice
 from wucht.studies.spec import Spec
 from wucht.studies.templates import template_from_keys
 

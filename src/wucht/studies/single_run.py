@@ -7,10 +7,9 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from wucht.checking import refuse_unknown
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import refuse_unknown, si
 from wucht.studies import spec as common
 
 _ENDS = ("until", "turns", "settled")

@@ -11,10 +11,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
-from wucht.checking import read_quantity
-from wucht.fields import Described, unit_of
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
-from wucht.quantities import Unit
+from wucht.schema import Described, Unit, read_quantity, unit_of
 
 FULL, AVERAGED = "full equations of motion", "averaged equations"  # as ``assumptions`` words them
 

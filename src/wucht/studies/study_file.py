@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wucht.checking import table
 from wucht.dynamics.work import Report
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
+from wucht.schema import table
 from wucht.studies.registry import asked_study, studies
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec

@@ -8,13 +8,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
-from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT, machine_of
 from wucht.files.catalogue import equations_of as own_equations_of
 from wucht.files.documents import Document
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
+from wucht.schema import refuse_unknown
 from wucht.studies.fingerprints import fingerprint_of_machine, fingerprint_of_system
 from wucht.studies.spec import Spec
 

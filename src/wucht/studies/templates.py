@@ -6,7 +6,7 @@ import json
 from textwrap import wrap
 from typing import Any
 
-from wucht.keys import Key, keys_of
+from wucht.schema import Key, keys_of
 from wucht.studies.spec import Spec
 
 _MACHINE = """[machine]

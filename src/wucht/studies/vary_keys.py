@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import refuse_unknown
 from wucht.errors import InputError
+from wucht.schema import refuse_unknown
 
 _KEYS = ("of", "range")
 

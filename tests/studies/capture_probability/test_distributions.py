@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from tests.refusals import Refusal, refused
 
-from wucht.quantities import Unit
+from wucht.schema import Unit
 from wucht.studies.capture_probability.distributions import check_form, distribution_of
 
 LENGTH = Unit("m", "length")

@@ -14,7 +14,7 @@ from wucht.cams.cam import Cam
 from wucht.cams.laws.law import Law
 from wucht.cams.milled import MilledContour
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
-from wucht.fields import Described
+from wucht.schema import Described
 
 
 @dataclass(frozen=True)

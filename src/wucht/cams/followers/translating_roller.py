@@ -13,7 +13,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, smallest_roller_cam, tangents_of
-from wucht.fields import si
+from wucht.schema import si
 
 
 class TranslatingRoller(RollerFollower):

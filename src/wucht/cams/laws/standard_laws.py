@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from wucht.errors import InputError, nearest
-from wucht.quantities import LARGEST
+from wucht.schema import LARGEST
 
 Points = Sequence[tuple[float, float]] | np.ndarray
 _Phase = tuple[float, float, float, float, float]  # of the acceleration: length, constant, cosine, sine, angular frequency

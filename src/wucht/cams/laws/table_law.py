@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.quantities import LARGEST
+from wucht.schema import LARGEST
 
 _TURN = 2 * math.pi
 _ROUNDED = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
-from wucht.fields import Described, si
+from wucht.schema import Described, si
 
 Size = Literal["base", "blank"]
 LARGEST_ANGLE = math.radians(89)

@@ -15,16 +15,14 @@ from wucht.analysis.shaft import Curve, curves, dry_friction
 from wucht.cams.elastic_output import ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
 from wucht.cams.prediction import CamShaft
-from wucht.checking import fields_of, read_quantity, refuse_unknown
 from wucht.errors import InputError
-from wucht.fields import Described, si
 from wucht.files.building import machine_from
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, shaft_torques
 from wucht.machines.parts import drives, loads
 from wucht.machines.parts.base import OnShaft
-from wucht.quantities import Unit
+from wucht.schema import Described, Unit, fields_of, read_quantity, refuse_unknown, si
 
 _STIFFNESS = {"rad": Unit("N m/rad", "rotational stiffness"), "m": Unit("N/m", "stiffness")}
 _DAMPING = {"rad": Unit("N m s/rad", "rotational damping"), "m": Unit("N s/m", "damping")}

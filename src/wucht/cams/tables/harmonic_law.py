@@ -15,9 +15,9 @@ from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, WayOut,
 from wucht.cams.tables.motion_law import LawTable, SeriesMotion
 from wucht.cams.tables.output import Position, read_output
 from wucht.errors import InputError, RunError
-from wucht.fields import Described, si
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros import fewest_where
+from wucht.schema import Described, si
 
 _ORDERS = ("position", "velocity", "acceleration", "jerk")
 _TURN = 2 * math.pi

@@ -17,9 +17,8 @@ from wucht.cams.laws.table_law import TableLaw
 from wucht.cams.tables.motion_law import LawTable, MotionLaw, RiseMotion
 from wucht.cams.tables.output import UNITS, Position, read_output
 from wucht.errors import InputError
-from wucht.fields import si
 from wucht.files.tables import read_table
-from wucht.quantities import Unit
+from wucht.schema import Unit, si
 
 _CAM_ANGLE = Unit("rad", "cam angle")
 

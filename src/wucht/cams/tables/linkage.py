@@ -9,7 +9,7 @@ from pydantic import Field
 
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.fields import Described, si
+from wucht.schema import Described, si
 
 _Branch = Literal["open", "crossed"]
 _SIGN = {"open": +1, "crossed": -1}

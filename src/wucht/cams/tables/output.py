@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from wucht.checking import read_quantity
 from wucht.errors import InputError
-from wucht.quantities import Unit, article
+from wucht.schema import Unit, article, read_quantity
 
 UNITS = {"rad": Unit("rad", "angle of the output"), "m": Unit("m", "displacement of the output")}
 _BY_ANGLE = re.compile(r"\s*/\s*rad(?:\s*\^\s*([23]))?\s*$")  # a derivative by the cam angle: mm/rad^2

@@ -9,12 +9,12 @@ from pydantic import Field, model_validator
 
 from wucht.cams.shaft_motion import ShaftMotion, over_time, with_period
 from wucht.errors import InputError
-from wucht.fields import Described, si
 from wucht.measurements.order_fit import OrderFit, checked_orders, fit_orders
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import ShaftSignal, shaft_signal
 from wucht.numerics.harmonics import Harmonics
+from wucht.schema import Described, si
 
 
 class SpeedTable(Described):

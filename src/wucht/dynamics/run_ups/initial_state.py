@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.static import static_position
-from wucht.checking import read_quantity, refuse_unknown
 from wucht.dynamics.run_ups.own_starts import own_starts, owners
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -16,7 +15,7 @@ from wucht.machines.parts.track import Tracked
 from wucht.machines.release_events import leader_of
 from wucht.machines.tracks import arranged, starts
 from wucht.mechanics.lagrange import Coordinate
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity, refuse_unknown
 
 _MOST_LISTED = 6  # told one by one
 _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"

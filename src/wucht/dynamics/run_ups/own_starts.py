@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.mechanics.energies import Internal
-from wucht.quantities import Unit, article
+from wucht.schema import Unit, article, read_quantity, refuse_unknown
 
 _ROUNDING = 1e-9  # of the size
 

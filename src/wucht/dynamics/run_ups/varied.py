@@ -9,9 +9,8 @@ from typing import Any
 
 from wucht.dynamics.parameters import parameter_of
 from wucht.errors import InputError, nearest
-from wucht.fields import in_words
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
+from wucht.schema import Unit, in_words
 
 _BARE = {"speed": "angle", "velocity": "displacement"}  # what a bare value in a start is, by the other key of its table
 

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from wucht.checking import read_quantity
 from wucht.dynamics.parameters import parameter_of
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity
 
 _WIDE = 10.0  # ratio of the ends of a range: from here on it is searched by its logarithm
 

@@ -20,7 +20,6 @@ from wucht.dynamics.sweeps.pace import Pace
 from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.errors import WuchtError
-from wucht.fields import Parameter
 from wucht.machines.machine import Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.mechanics.lagrange import Coordinate
@@ -29,6 +28,7 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
+from wucht.schema import Parameter
 from wucht.system import TIME, Output, System
 
 BASE, RATE, ORIGIN = _LINE = tuple(sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
-from wucht.checking import models_in
 from wucht.errors import nearest
 from wucht.kinds import classes_of, kinds_of
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
+from wucht.schema import models_in
 
 GROUP = "wucht.parts"
 

@@ -10,12 +10,12 @@ from typing import ClassVar, Literal, Self
 import sympy as sp
 from pydantic import Field, model_validator
 
-from wucht.fields import Described, Parameter, si, unit_of
 from wucht.machines.parts.frame import Frame, Point
 from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
 from wucht.mechanics.energies import Applied, Energies, OwnState
 from wucht.mechanics.lagrange import Coordinate
+from wucht.schema import Described, Parameter, si, unit_of
 
 __all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si", "unit_of"]
 

@@ -9,7 +9,6 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.errors import FieldError
-from wucht.fields import Described
 from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.support import Support, is_negative
 from wucht.machines.parts.tuning import (
@@ -23,6 +22,7 @@ from wucht.machines.parts.tuning import (
 )
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
+from wucht.schema import Described
 
 
 class Foundation(Described):

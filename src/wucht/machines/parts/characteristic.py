@@ -7,9 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import is_pairs
 from wucht.piecewise import Pieces, interpolated
-from wucht.quantities import Unit
+from wucht.schema import Unit, is_pairs
 
 SPEED_TORQUE = (Unit("rad/s", "speed"), Unit("N m", "torque"))
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from wucht.fields import si
 from wucht.machines.parts.nameplate import LARGE, Nameplate, missed
+from wucht.schema import si
 
 
 class DCNameplate(Nameplate):

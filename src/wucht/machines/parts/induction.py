@@ -15,7 +15,7 @@ from wucht.machines.parts.circuit_fit import doubts, fit_in_words, fitted_circui
 from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement
 from wucht.machines.parts.induction_nameplate import InductionNameplate
 from wucht.machines.parts.nameplate import read_nameplate, required_without
-from wucht.quantities import Unit
+from wucht.schema import Unit
 
 # What a nameplate says, and what may be given beside it: where the motor is run, and a resistance that was measured.
 _CIRCUIT = (

@@ -7,8 +7,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from wucht.fields import si
 from wucht.machines.parts.nameplate import Nameplate
+from wucht.schema import si
 
 _MOST_SLIP = 0.3  # more, and speed, frequency or poles are mistaken
 

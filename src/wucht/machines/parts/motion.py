@@ -8,10 +8,8 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from wucht.checking import is_pairs
-from wucht.fields import Described, Parameter, si
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
-from wucht.quantities import Unit
+from wucht.schema import Described, Parameter, Unit, is_pairs, si
 from wucht.system import TIME
 
 SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from wucht.fields import Described, Parameter
+from wucht.schema import Described, Parameter
 
 LARGE = 0.1  # of a value: a fit that misses more of it is told as a warning
 

@@ -11,7 +11,6 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.errors import FieldError
-from wucht.fields import Described
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import Support, is_negative
 from wucht.machines.parts.tuning import (
@@ -28,6 +27,7 @@ from wucht.machines.parts.tuning import (
     tuned_stiffness,
 )
 from wucht.mechanics.energies import Energies
+from wucht.schema import Described
 
 
 class Mount(Described):

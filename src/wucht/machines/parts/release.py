@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from wucht.fields import Described, si
+from wucht.schema import Described, si
 
 
 class Release(Described):

@@ -9,9 +9,8 @@ from typing import Annotated, Any
 import sympy as sp
 from pydantic import BeforeValidator, Field
 
-from wucht.fields import si
 from wucht.machines.parts.base import Body
-from wucht.quantities import Unit
+from wucht.schema import Unit, si
 
 RESTITUTION = 0.5
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.fields import Described, si
 from wucht.piecewise import ABSOLUTE, PiecewiseCubic
+from wucht.schema import Described, si
 
 TRANSITION = 0.1  # rad/s, as in the load of dry friction
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000

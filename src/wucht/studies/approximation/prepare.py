@@ -8,13 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.checking import read_quantity
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity
 from wucht.studies.approximation.spec import Approximation
 
 OWN = math.nan  # in place of a value of the parameter: the machine as it is

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies.spec import (
     AVERAGED,
     DEFAULT_TOLERANCE,

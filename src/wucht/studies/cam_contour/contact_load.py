@@ -12,10 +12,9 @@ from wucht.cams.contact import FollowerLoad, Material, Speed, conjugate_forces, 
 from wucht.cams.drive import CamDrive
 from wucht.cams.followers.roller_cam import ConjugateCams
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.checking import read_quantity
 from wucht.errors import InputError
 from wucht.numerics.valleys import GRID, Arc
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity
 from wucht.studies.cam_contour.spec import CamContour, Contact
 
 _UNITS = {

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.cams.sizing.permitted import Permitted, Size
 from wucht.errors import InputError
-from wucht.fields import Described, si
+from wucht.schema import Described, si
 from wucht.studies.spec import Quantity, Spec, TrueOrFalse, Whole
 
 

@@ -18,7 +18,7 @@ from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
 from wucht.numerics.harmonics import Harmonics
-from wucht.quantities import Unit
+from wucht.schema import Unit
 from wucht.studies.cam_correction.spec import Acceleration
 
 _FREE_FROM = 3.0  # turns: in fewer the record does not say at which speed it repeats

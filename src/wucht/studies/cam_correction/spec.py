@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from wucht.fields import Described, si
+from wucht.schema import Described, si
 from wucht.studies.spec import Spec, Whole
 
 _MOST_ORDERS = 250

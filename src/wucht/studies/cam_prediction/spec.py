@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies.spec import Interval, Spec, Whole
 
 

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity
 
 KINDS = {
     "uniform": ("low", "high"),

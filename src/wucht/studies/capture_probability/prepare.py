@@ -14,8 +14,8 @@ from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
 from wucht.dynamics.sampling.ensemble_run import way_of
 from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at
 from wucht.errors import InputError
-from wucht.fields import Parameter
 from wucht.machines.machine import Machine
+from wucht.schema import Parameter
 from wucht.studies.capture_probability.distributions import Distribution, distribution_of
 from wucht.studies.capture_probability.random_points import REPLICATES, points
 from wucht.studies.capture_probability.sobol_indices import cross_sampled, library

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, BalancingBodies, Engine, Spec, Start, Tolerance
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT
 from wucht.files.documents import Document, flatten
 from wucht.results.loading import load, result_file
 from wucht.results.store import RESULT
+from wucht.schema import refuse_unknown
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.comparison.varied_key import VariedKey, varied_key
 from wucht.studies.registry import study_of

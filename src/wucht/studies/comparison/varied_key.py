@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from wucht.dynamics.run_ups.varied import start_states
-from wucht.fields import Parameter, unit_of
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
 from wucht.results.style import unit_in_print, value_in_words
+from wucht.schema import Parameter, Unit, unit_of
 from wucht.studies.study_file import StudyFile
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*(\D.*?)\s*")

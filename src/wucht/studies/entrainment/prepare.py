@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from wucht.checking import read_quantity
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, check_entrainable
 from wucht.dynamics.entrainment.swept_parameter import swept_parameter
 from wucht.dynamics.parameters import range_of
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit, article
+from wucht.schema import Unit, article, read_quantity
 from wucht.studies.entrainment.spec import Entrainment
 
 

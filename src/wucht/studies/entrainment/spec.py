@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies.spec import AVERAGED, FULL, Pair, Path, Quantity, Spec, Start, Whole
 
 DEFAULT_POINTS = 25

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wucht.checking import table
 from wucht.files.documents import Document, contents_of
 from wucht.machines.machine import Machine
+from wucht.schema import table
 from wucht.studies.subjects import MACHINE, Description
 
 

@@ -7,9 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import checked, is_pairs
 from wucht.errors import InputError
-from wucht.fields import Described, si
+from wucht.schema import Described, checked, is_pairs, si
 from wucht.studies import spec as common
 from wucht.studies.spec import Quantity
 from wucht.studies.vary_keys import Vary

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from wucht.checking import read_quantity
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import EXPONENTS, standard_spectrum, tabulated_spectrum
 from wucht.files.tables import read_table
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity
 from wucht.studies.exciter_design.spec import Target
 from wucht.studies.spec import Quantity
 

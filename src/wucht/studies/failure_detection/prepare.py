@@ -16,9 +16,9 @@ from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.fatigue.accumulated_damage import AccumulatedDamage
 from wucht.fatigue.woehler_line import WoehlerLine
-from wucht.fields import Parameter
 from wucht.machines.machine import Machine
 from wucht.piecewise import Pieces
+from wucht.schema import Parameter
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.load_keys import woehler_line
 from wucht.studies.spec import Pair

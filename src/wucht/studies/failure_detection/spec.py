@@ -7,9 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import checked
 from wucht.errors import InputError
-from wucht.fields import Described, si
+from wucht.schema import Described, checked, si
 from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
@@ -15,7 +14,7 @@ from wucht.files.documents import Document, contents_of
 from wucht.machines.machine import Machine
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import FULL_SCALE, Channel
-from wucht.quantities import Unit
+from wucht.schema import Unit, refuse_unknown
 from wucht.studies.load_spectrum.spec import Record
 from wucht.studies.subjects import MACHINE, Description
 

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.checking import read_quantity
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.measurements.recording import Channel
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity
 from wucht.studies.load_keys import woehler_line
 from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.load_spectrum.spec import LoadSpectrum

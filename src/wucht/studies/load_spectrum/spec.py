@@ -7,10 +7,9 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.fatigue.rainflow_counting import Residue
-from wucht.fields import Described, si
+from wucht.schema import Described, checked, si
 from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Quantity

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError, nearest
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies import spec as common
 from wucht.studies.ensemble_keys import EnsembleSpec
 from wucht.studies.vary_keys import Vary

@@ -8,9 +8,9 @@ from wucht.dynamics.branches.orbit_diagram import OrbitCase
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.errors import InputError
-from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
+from wucht.schema import Parameter
 from wucht.studies.branch_keys import free_parameter
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.spec import Quantity

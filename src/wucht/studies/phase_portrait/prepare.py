@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.sections import Axis, Section
-from wucht.checking import read_quantity, refuse_unknown
 from wucht.dynamics.parameters import parameter_of, values_of, with_parameters
 from wucht.errors import InputError, WuchtError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.numerics.phase_plane.window import window_around
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity, refuse_unknown
 from wucht.studies.phase_portrait.section import section
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import System

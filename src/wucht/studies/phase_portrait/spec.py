@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies import spec as common
 
 MOST_PORTRAITS, MOST_TRAJECTORIES = 60, 400

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
-from wucht.fields import si
+from wucht.schema import si
 from wucht.studies import spec as common
 from wucht.studies.single_run import SingleRun
 

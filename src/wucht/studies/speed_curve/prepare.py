@@ -8,9 +8,9 @@ from wucht.dynamics.branches.bifurcation_diagram import BranchCase
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.parameters import ends_of, values_of
 from wucht.errors import InputError
-from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
+from wucht.schema import Parameter
 from wucht.studies.branch_keys import free_parameter
 from wucht.studies.speed_curve.spec import SpeedCurve
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.fields import Parameter
 from wucht.results.quantities import Quantity, answer, table
+from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, Mark, shares
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from wucht.dynamics.branches.orbit_endings import NONE
 from wucht.dynamics.branches.plane_regions import Bounds, kinds_of, regions, sides_of
 from wucht.dynamics.parameters import ends_of, parameter_of
 from wucht.dynamics.work import Work
-from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import UNKNOWN, Line, MapParts, MapPlan, Mark, Place, numbered
 from wucht.studies.stability_map.spec import StabilityMap
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.dynamics.branches.plane_regions import Bounds, Regions
 from wucht.dynamics.work import Work
-from wucht.fields import Parameter
+from wucht.schema import Parameter
 
 MODULATED = "modulated motion"
 UNKNOWN = "not identified"

@@ -12,12 +12,12 @@ from wucht.dynamics.branches.second_parameter import COINCIDE, BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, lines_of, map_states
 from wucht.dynamics.branches.state_rows import STABLE
 from wucht.dynamics.work import Work
-from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.numerics.zeros import at_passages
+from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import MODULATED, Line, MapParts, MapPlan, Mark, Place, numbered
 from wucht.studies.stability_map.spec import StabilityMap
 

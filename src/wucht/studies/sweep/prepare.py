@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from wucht.analysis.shaft import energy_scale
-from wucht.checking import read_quantity
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.dynamics.sweeps.moving import MovedMachine
 from wucht.dynamics.sweeps.pace import pace_of, rate_unit
 from wucht.errors import InputError
-from wucht.fields import Parameter
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
+from wucht.schema import Parameter, Unit, read_quantity
 from wucht.studies.sweep.spec import Sweep
 
 

@@ -7,10 +7,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError
-from wucht.fields import si
-from wucht.quantities import Unit
+from wucht.schema import Unit, read_quantity, refuse_unknown, si
 from wucht.studies.spec import AVERAGED, FULL, Inertia, Interval, Quantity, Spec, TrueOrFalse
 
 MOST_CELLS = 400

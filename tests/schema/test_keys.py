@@ -8,8 +8,7 @@ import pytest
 from pydantic import Field
 
 from wucht.cli.list import kinds
-from wucht.fields import Described, si
-from wucht.keys import Key, keys_of
+from wucht.schema import Described, Key, keys_of, si
 from wucht.studies.registry import studies
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema
 
-from wucht.checking import checked, fields_of
-from wucht.quantities import Unit
+from wucht.schema.checking import checked, fields_of
+from wucht.schema.units import Unit
 
 
 def si(unit: str, what: str, symbol: str = "", default: Any = ..., alias: str | None = None, **limits: Any) -> Any:

@@ -5,8 +5,7 @@ import re
 
 import pytest
 
-from wucht import quantities
-from wucht.quantities import LARGEST, Unit
+from wucht.schema import LARGEST, Unit, units
 
 
 @pytest.mark.parametrize(
@@ -77,7 +76,7 @@ def test_units_as_people_write_them(si, factor, spellings):
 
 
 def test_the_usual_spellings_do_without_pint(monkeypatch):
-    monkeypatch.setattr(quantities, "_registry", lambda: pytest.fail("Pint is loaded"))
+    monkeypatch.setattr(units, "_registry", lambda: pytest.fail("Pint is loaded"))
     for si, unit in (("N m", "Nm"), ("N s/m", "Ns/m"), ("N m s", "Nms"), ("kg m^2", "kgm²"), ("rad", "°"), ("rad/s", "1/min")):
         assert Unit(si, "quantity").parse(f"3 {unit}") > 0
 
@@ -127,13 +126,13 @@ def test_turns_are_no_other_quantity(si, given):
     ],
 )
 def test_article(noun, written):
-    assert quantities.article(noun) == written
+    assert units.article(noun) == written
 
 
-@pytest.mark.parametrize(("unit", "si"), quantities.COMMON)
+@pytest.mark.parametrize(("unit", "si"), units.COMMON)
 def test_common_units_have_the_bits_of_pint(unit, si, monkeypatch):
-    known = quantities.COMMON[unit, si]
-    monkeypatch.setattr(quantities, "COMMON", {})
+    known = units.COMMON[unit, si]
+    monkeypatch.setattr(units, "COMMON", {})
     assert Unit(si, "quantity").parse(f"1 {unit}") == known
 
 

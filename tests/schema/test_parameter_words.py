@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from wucht.fields import Parameter, in_words
 from wucht.files.catalogue import load_machine
+from wucht.schema import Parameter, in_words
 
 
 @pytest.mark.parametrize(

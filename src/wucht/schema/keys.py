@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from wucht.checking import fields_of
+from wucht.schema.checking import fields_of
 
 Schema = Mapping[str, Any]  # or a part of one
 _TYPES = {"boolean": "true or false", "integer": "whole number", "string": "text", "array": "list", "object": "table"}

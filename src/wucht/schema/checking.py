@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from wucht.errors import InputError, code_of, nearest
-from wucht.quantities import Unit, article
+from wucht.schema.units import Unit, article
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 

@@ -1,0 +1,33 @@
+"""Schema: frozen tables with units, their keys and help texts, checking with located errors, units at the edge.
+
+A table with a length, as a part of a machine or a question has it:
+
+>>> from wucht.schema import Described, keys_of, si
+>>> class Spacer(Described):
+...     length: float = si("m", "length", gt=0)
+>>> Spacer(length="20 mm").length
+0.02
+>>> [(key.name, key.unit, key.allowed, key.what) for key in keys_of(Spacer)]
+[('length', 'm', '> 0', 'length')]
+"""
+
+from wucht.schema.checking import (
+    checked,
+    choice,
+    fields_of,
+    is_pairs,
+    located,
+    models_in,
+    read_quantity,
+    refuse_unknown,
+    table,
+    text,
+)
+from wucht.schema.fields import Described, Parameter, in_words, si, unit_of
+from wucht.schema.keys import Key, keys_of
+from wucht.schema.units import LARGEST, SMALLEST, Unit, article
+
+__all__ = [
+    "LARGEST", "SMALLEST", "Described", "Key", "Parameter", "Unit", "article", "checked", "choice", "fields_of", "in_words",
+    "is_pairs", "keys_of", "located", "models_in", "read_quantity", "refuse_unknown", "si", "table", "text", "unit_of",
+]  # fmt: skip
