@@ -34,14 +34,11 @@ if TYPE_CHECKING:
 
 
 class Poles(Spec):
-    """How the carrier vibrates when it is left alone, its bodies at rest on it.
-
-    below: only poles of a smaller angular frequency.
-    """
+    """How the carrier vibrates when it is left alone, its bodies at rest on it."""
 
     kind: ClassVar[str] = "poles"
 
-    below: float | None = si("rad/s", "speed", default=None, gt=0)
+    below: float | None = si("rad/s", "speed", default=None, gt=0, help="only poles of a smaller angular frequency")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from wucht.machines.parts import GROUP, known
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
-from wucht.schema import Key, keys_of, models_in
+from wucht.schema import Key, keys_of
 from wucht.studies.registry import Study, studies
 
 from .gallery import Entry
@@ -37,7 +37,7 @@ HEADS = ("key", "what", "unit", "default", "what it may be")
 def pages(entries: Sequence[Entry]) -> dict[str, str]:
     """All of them by file name, and a list of each."""
     asked = {kind: [e for e in entries if e.asked.spec.kind == kind] for kind in studies()}
-    written = {f"studies/{kind}.md": _linking(_study(study, asked[kind])) for kind, study in studies().items()}
+    written = {f"studies/{kind}.md": _study(study, asked[kind]) for kind, study in studies().items()}
     rows = [(f"[`{kind}`]({kind}.md)", study.line) for kind, study in studies().items()]
     written["studies/index.md"] = _list("Studies", "What can be asked. `wucht new STUDY` writes a file to start from.", rows)
     texts = {e.name: (FOLDER / f"{e.name}.toml").read_text(encoding="utf-8") for e in entries}
@@ -70,7 +70,7 @@ def _linked(entries: Sequence[Entry], up: str) -> list[str]:
 
 def _study(study: Study, asked: Sequence[Entry]) -> str:
     spec = study.spec
-    lines = [f"# {study.kind}", "", *_prose(spec.__doc__, spec), ""]
+    lines = [f"# {study.kind}", "", *_prose(spec), ""]
     lines += [f"In Python `wucht.{spec.__name__}(...)`. " + (_TILED if spec.tiled else ""), ""]
     lines += ["```sh", f"wucht new {study.kind} my-{study.kind}.toml", f"wucht run my-{study.kind}.toml", "```", ""]
     lines += ["## Keys", "", "In `[study]`, beside `kind`:", "", *_keys(spec)]
@@ -79,12 +79,6 @@ def _study(study: Study, asked: Sequence[Entry]) -> str:
     if study.template:
         lines += ["## A file to start from", "", *toml_block(study.template), ""]
     return "\n".join(lines)
-
-
-def _linking(page: str) -> str:
-    """A page of a study in which the classes of other studies are links to their pages."""
-    pages = {study.spec.__name__: kind for kind, study in studies().items()}
-    return re.sub(r"see `(\w+)`", lambda m: f"see [{pages[m[1]]}]({pages[m[1]]}.md)" if m[1] in pages else m[0], page)
 
 
 _TILED = "Several machines can compute it: [`--scheduler`](../several-machines.md)."
@@ -100,7 +94,7 @@ def _answers(asked: Sequence[Entry]) -> list[str]:
 
 
 def _part(kind: str, cls: type[Any], where: str, used: Sequence[Entry]) -> str:
-    lines = [f"# {kind}", "", *_prose(cls.__doc__, cls), ""]
+    lines = [f"# {kind}", "", *_prose(cls), ""]
     if where:
         lines += [f"Stands in {where}.", ""]
     if issubclass(cls, Part):
@@ -116,43 +110,20 @@ def _own_states(cls: type[Any]) -> list[str]:
 
 
 def _keys(cls: type[Any]) -> list[str]:
-    said = _said(cls)
-    return [*table(HEADS, [_cells(key, said.get(key.name, key.what)) for key in keys_of(cls)]), ""]
+    return [*table(HEADS, [_cells(key) for key in keys_of(cls)]), ""]
 
 
-def _cells(key: Key, what: str) -> tuple[str, ...]:
+def _cells(key: Key) -> tuple[str, ...]:
     default = "**needed**" if key.needed else "" if key.default is None else f"`{json.dumps(key.default)}`"
     value = f"{key.type} {key.allowed}" if key.allowed and not key.type.startswith("word") else key.allowed or key.type
-    return f"`{key.name}`", what, key.unit or "", default, value
-
-
-def _of_keys(cls: type[Any]) -> re.Pattern[str]:
-    """Finds "start: the initial state." in a docstring: a key, or several, and what is said up to the next."""
-    key = "|".join(sorted(map(re.escape, cls.model_fields), key=len, reverse=True))
-    keys = f"(?:{key})(?:, (?:{key}))*"
-    return re.compile(rf"(?:^|(?<=[.;:,] ))({keys}): (.*?)(?:[.;:,] (?={keys}: )|$)")
-
-
-def _said(cls: type[Any], path: str = "") -> dict[str, str]:
-    """What docstrings say of single keys, those of tables inside too, by their names in ``keys_of``."""
-    text = " ".join((cls.__doc__ or "").split())
-    found = {path + key: _plain(what).rstrip(".") for keys, what in _of_keys(cls).findall(text) for key in keys.split(", ")}
-    for name, field in cls.model_fields.items():
-        for inner in models_in(field.annotation):
-            found = _said(inner, f"{path}{name}.") | _said(inner, f"{path}{name}[].") | found
-    return found
+    return f"`{key.name}`", key.what, key.unit or "", default, value
 
 
 def _first(cls: type[Any]) -> str:
     return (cls.__doc__ or "").strip().partition("\n")[0]
 
 
-def _prose(doc: str | None, cls: type[Any] | None = None) -> list[str]:
-    """A docstring as paragraphs of Markdown, without what it says of a class's single keys: that stands in their table."""
-    paragraphs = [" ".join(p.split()) for p in re.split(r"\n\s*\n", (doc or "").strip())]
-    kept = paragraphs if cls is None else [_of_keys(cls).sub("", p).strip() for p in paragraphs]
-    return "\n\n".join(_plain(p) for p in kept if p and not p.endswith(":")).splitlines()
-
-
-def _plain(text: str) -> str:
-    return text.replace("``", "`")
+def _prose(cls: type[Any]) -> list[str]:
+    """The docstring of a class as paragraphs of Markdown."""
+    paragraphs = re.split(r"\n\s*\n", (cls.__doc__ or "").strip())
+    return "\n\n".join(" ".join(p.split()).replace("``", "`") for p in paragraphs).splitlines()

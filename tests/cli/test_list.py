@@ -12,9 +12,10 @@ Refused = Callable[..., str]
 def test_keys_with_units_defaults_and_limits(wucht: Command) -> None:
     lines = wucht("list", "pendulum").out.splitlines()
     assert lines[0] == '[[machine.bodies]] kind = "pendulum"'
-    rows = {line.split()[0]: line.split() for line in lines if line.startswith("  ")}
-    assert rows["mass"] == ["mass", "number", "kg", "needed", ">", "0", "mass"]
-    assert rows["damping"] == ["damping", "number", "N", "m", "s", "0.0", ">=", "0", "damping"]
+    rows = {line.split()[0]: k for k, line in enumerate(lines) if line.startswith("  ") and line[2] != " "}
+    assert lines[rows["mass"]].split() == ["mass", "number", "kg", "needed", ">", "0"]
+    assert lines[rows["mass"] + 1].strip() == "mass of the body"
+    assert lines[rows["damping"]].split() == ["damping", "number", "N", "m", "s", "0.0", ">=", "0"]
     assert wucht("list", "run-up").out.startswith('[study] kind = "run-up"')
 
 

@@ -49,17 +49,17 @@ def test_the_page_of_a_part_has_its_own_states(reference: dict[str, str]) -> Non
 
 
 def test_units_defaults_and_limits_stand_there(reference: dict[str, str]) -> None:
-    assert "| `length` | length | m | **needed** | number > 0 |" in reference["parts/bodies/pendulum.md"]
-    assert "| `damping` | damping | N m s | `0.0` | number >= 0 |" in reference["parts/bodies/pendulum.md"]
-    assert "| `tolerance` | of the integration |  | `1e-12` | number >= 1e-16, <= 0.01 |" in reference["studies/run-up.md"]
-    assert '| `model` | the `"full"` equations' in reference["studies/run-up.md"]
-    assert "| `woehler.k` | its slope |" in reference["studies/load-spectrum.md"]
+    pendulum, run_up = reference["parts/bodies/pendulum.md"], reference["studies/run-up.md"]
+    assert "| `length` | distance of the centre of mass from the axis or pivot | m | **needed** | number > 0 |" in pendulum
+    assert "body that it turns about | N m s | `0.0` | number >= 0 |" in pendulum
+    assert "| `tolerance` | tolerance of the integration |  | `1e-12` | number >= 1e-16, <= 0.01 |" in run_up
+    assert '| `model` | equations: the `"full"` ones' in run_up
+    assert "| `woehler.k` | slope of the Woehler line |" in reference["studies/load-spectrum.md"]
 
 
-def test_a_docstring_is_told_key_by_key(reference: dict[str, str]) -> None:
+def test_the_help_of_a_key_is_in_its_row(reference: dict[str, str]) -> None:
     page = reference["studies/run-up.md"]
-    assert "| `speed_limit` | beyond it the run ends as `runaway` |" in page
-    assert "speed_limit: " not in page
+    assert "| `speed_limit` | speed beyond which the run ends as `runaway` |" in page
     assert f"[{FEW[0]}](../gallery/{FEW[0]}.md)" in reference["studies/phase-portrait.md"]
 
 

@@ -15,7 +15,7 @@ from wucht.studies.registry import studies
 class Inner(Described):
     """A table inside."""
 
-    at: tuple[float, float] = si("m", "place", alias="@")
+    at: tuple[float, float] = si("m", "place", alias="@", help="place in the frame")
     then: Inner | None = None
 
 
@@ -24,7 +24,7 @@ class Outer(Described):
 
     mass: float = si("kg", "mass", gt=0, le=5)
     stiffness: float | tuple[float, float] = si("N/m", "stiffness", default=1.0)
-    model: Literal["full", "slow"] = Field("full", description="equations")
+    model: Literal["full", "slow"] = Field("full", title="equations", description="which equations are solved")
     count: int | None = Field(None, ge=1)
     inner: Inner | None = Field(None, description="a table")
     many: tuple[Inner, ...] = ()
@@ -47,10 +47,10 @@ def test_what_a_key_is() -> None:
     ]
     assert keys["mass"] == Key("mass", "number", "kg", True, None, "> 0, <= 5", "mass")
     assert keys["stiffness"] == Key("stiffness", "number or pair", "N/m", False, 1.0, "", "stiffness")
-    assert keys["model"] == Key("model", "word", None, False, "full", "full, slow", "equations")
+    assert keys["model"] == Key("model", "word", None, False, "full", "full, slow", "which equations are solved")
     assert keys["count"] == Key("count", "whole number", None, False, None, ">= 1", "")
     assert keys["inner"] == Key("inner", "table", None, False, None, "", "a table")
-    assert keys["many[].@"] == Key("many[].@", "pair", "m", True, None, "", "place")
+    assert keys["many[].@"] == Key("many[].@", "pair", "m", True, None, "", "place in the frame")
 
 
 EVERY = {name: cls for of_kind in kinds().values() for name, cls in of_kind.items()}

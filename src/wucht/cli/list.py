@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from wucht.schema import Key
 
 _WIDEST = 44  # of a column
+_HELP = " " * 6  # before the help of a key, below it
 
 
 def list_all(
@@ -93,21 +95,24 @@ def _list_one(name: str, as_json: bool) -> None:
         return
     for k, (table, text, keys, own) in enumerate(described):
         typer.echo("\n" * bool(k) + f"{table}\n\n{text.replace('``', '')}\n")
-        _print_table([("key", "value", "unit", "default", "allowed", ""), *map(_cells, keys)])
+        head, *rows = _rows([("key", "value", "unit", "default", "allowed"), *map(_cells, keys)])
+        typer.echo(head)
+        for key, row in zip(keys, rows, strict=True):
+            typer.echo(f"{row}\n{fill(key.what.replace('`', ''), 100, initial_indent=_HELP, subsequent_indent=_HELP)}")
         if own:
             typer.echo("\nIts own states, in results and in start:\n")
-            _print_table([("state", "unit", ""), *((x.name, x.unit, x.what) for x in own)])
+            typer.echo("\n".join(_rows([("state", "unit", ""), *((x.name, x.unit, x.what) for x in own)])))
 
 
 def _cells(key: Key) -> tuple[str, ...]:
     default = "needed" if key.needed else _default(key.default)
-    return key.name, key.type, key.unit or "", default, key.allowed, key.what
+    return key.name, key.type, key.unit or "", default, key.allowed
 
 
-def _print_table(rows: Sequence[tuple[str, ...]]) -> None:
-    widths = [min(max(map(len, column)), _WIDEST) for column in zip(*rows, strict=True)][:-1]
-    for *cells, last in rows:
-        typer.echo("  " + "  ".join([*(cell.ljust(w) for cell, w in zip(cells, widths, strict=True)), last]).rstrip())
+def _rows(cells: Sequence[tuple[str, ...]]) -> list[str]:
+    """Of a table, its columns below each other."""
+    widths = [min(max(map(len, column)), _WIDEST) for column in zip(*cells, strict=True)]
+    return ["  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in cells]
 
 
 def _default(value: Any) -> str:

@@ -114,7 +114,7 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
     field = fields.get(key, FieldInfo())
     extra = field.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    what, in_unit = field.description or key, f" in {unit}" if unit else ""
+    what, in_unit = field.title or field.description or key, f" in {unit}" if unit else ""
     if kind == "missing":
         return InputError(at, None, f"this key is missing; needed is the {what}{in_unit}", code=kind)
     given = document.get(key, given) if isinstance(document, Mapping) else given

@@ -16,17 +16,26 @@ from wucht.schema.checking import checked, fields_of
 from wucht.schema.units import Unit
 
 
-def si(unit: str, what: str, symbol: str = "", default: Any = ..., alias: str | None = None, **limits: Any) -> Any:
-    """A field that holds a physical quantity: its SI unit, its name in words, its symbol in equations, its limits (gt, ge)."""
-    return Field(default, alias=alias, description=what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits)
+def si(
+    unit: str, what: str, symbol: str = "", default: Any = ..., alias: str | None = None, help: str = "", **limits: Any
+) -> Any:
+    """A field that holds a physical quantity: its SI unit, its name in words, its symbol in equations, its limits (gt, ge).
+
+    help: what it does, where the name alone does not say it. As of every field, the name is its title and the help its
+    description; a field with a description alone has that for both.
+    """
+    return Field(
+        default, alias=alias, title=what, description=help or what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits
+    )
 
 
 def unit_of(cls: type[BaseModel], name: str) -> Unit | None:
     """The unit of a field made by ``si``, None for other fields."""
-    extra = cls.model_fields[name].json_schema_extra
+    field = cls.model_fields[name]
+    extra = field.json_schema_extra
     if not isinstance(extra, dict) or "unit" not in extra:
         return None
-    return Unit(str(extra["unit"]), cls.model_fields[name].description or name, str(extra["symbol"]))
+    return Unit(str(extra["unit"]), field.title or name, str(extra["symbol"]))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema
 
 from wucht.schema.checking import fields_of
 
@@ -34,9 +35,16 @@ class Key:
     what: str
 
 
+class _Titled(GenerateJsonSchema):
+    """Titles are those that fields state, not made of their names."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+
 def keys_of(cls: type[BaseModel]) -> tuple[Key, ...]:
     """The keys that may be given in a table, those of tables inside after them."""
-    schema, given = cls.model_json_schema(), fields_of(cls, given=True)
+    schema, given = cls.model_json_schema(schema_generator=_Titled), fields_of(cls, given=True)
     own = {name: described for name, described in schema.get("properties", {}).items() if name in given}
     return tuple(_keys(schema | {"properties": own}, schema.get("$defs", {}), "", ()))
 
@@ -95,7 +103,5 @@ def _allowed(forms: Sequence[Schema]) -> str:
 
 
 def _what(forms: Sequence[Schema]) -> str:
-    """In words, empty where the schema has none."""
-    return next(
-        (str(f["description"]) for f in forms if "description" in f and not f["description"].startswith("a number with")), ""
-    )
+    """In words, empty where the schema has none: the help, or the name that says all."""
+    return next((str(form[text]) for text in ("description", "title") for form in forms if text in form), "")

@@ -51,5 +51,11 @@ def _ranges(given: Any) -> Any:
     return read
 
 
-Ranges = Annotated[dict[str, tuple[float, float]], BeforeValidator(_ranges), Field(description="ranges of states")]
-Names = Annotated[tuple[str, ...], BeforeValidator(_names), Field(description="names of states")]
+Ranges = Annotated[
+    dict[str, tuple[float, float]],
+    BeforeValidator(_ranges),
+    Field(description="ranges of the states of a system, by name, in which equilibria are searched"),
+]
+Names = Annotated[
+    tuple[str, ...], BeforeValidator(_names), Field(description="names of steady states that are kept, others are left out")
+]

@@ -15,21 +15,19 @@ _TOLERANCE = 1e-6  # members are many, and the border of a basin is not known be
 
 
 class EnsembleSpec(common.Spec):
-    """A question about what becomes of many starts or variants of a machine.
-
-    start: what all begin with. model: the ``"full"`` equations or the averaged ones (``"slow"``); inertia, order: of those, as
-    in a run-up. until: how long each run lasts, by default until it has settled. tolerance: of the integration.
-    """
+    """A question about what becomes of many starts or variants of a machine."""
 
     horizon: ClassVar[tuple[str, ...]] = ("until",)
     tiled: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
-    start: common.Start = Field(default_factory=dict)
-    model: Literal["full", "slow"] = Field("full", description="equations")
+    start: common.Start = Field(
+        default_factory=dict, description="initial state with which all begin, but for what is varied of it"
+    )
+    model: Literal["full", "slow"] = Field("full", description='the `"full"` equations or the averaged ones (`"slow"`)')
     inertia: common.Inertia | None = None
     order: common.Order = 1
-    until: float | None = si("s", "time", default=None, gt=0)
+    until: float | None = si("s", "time", default=None, gt=0, help="how long each run lasts, by default until it has settled")
     tolerance: common.Tolerance = _TOLERANCE
 
     @model_validator(mode="before")

@@ -17,17 +17,18 @@ MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "ac
 
 
 class Woehler(Described):
-    """A Woehler line N = ND (S/SD)^-k of amplitudes S, half the range.
-
-    k: its slope. ND, SD: its knee, cycles and amplitude in the signal's unit. miner: what amplitudes below the knee do:
-    ``"original"`` nothing, ``"elementary"`` the line goes on, ``"haibach"`` with the slope 2 k - 1; k2: instead, a slope.
-    """
+    """A Woehler line N = ND (S/SD)^-k of amplitudes S, half the range."""
 
     k: float = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
     ND: float = si("cycles", "number of cycles at the knee", gt=0)
-    SD: Quantity = Field(description="amplitude at the knee")
-    miner: Literal["original", "elementary", "haibach"] | None = Field(None, description="rule for amplitudes below the knee")
-    k2: float | None = si("", "slope below the knee", default=None, gt=0, le=_STEEPEST)
+    SD: Quantity = Field(title="amplitude at the knee", description="amplitude at the knee, in the signal's unit")
+    miner: Literal["original", "elementary", "haibach"] | None = Field(None, description=(
+        'what amplitudes below the knee do: `"original"` nothing, `"elementary"` the line goes on, `"haibach"` with the slope '
+        "2 k - 1"
+    ))  # fmt: skip
+    k2: float | None = si(
+        "", "slope below the knee", default=None, gt=0, le=_STEEPEST, help="slope below the knee, instead of `miner`"
+    )
 
     def check(self, where: str) -> None:
         """One rule for what lies below the knee."""

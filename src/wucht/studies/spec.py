@@ -164,24 +164,34 @@ _order = _must(
 _inertia = _must(_is_bool, "must be true or false: whether the averaged equations keep it")
 
 Quantity = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
-Start = Annotated[dict[str, Any], _start, Field(description="initial state")]
-Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(description="initial states")]
-Path = Annotated[str, _path, Field(description="path of a parameter")]
-Values = Annotated[tuple[Quantity, ...], _values, Field(description="values of the parameter")]
-Pair = Annotated[tuple[Quantity, Quantity], _pair, Field(description="pair [low, high] of the parameter")]
+Start = Annotated[dict[str, Any], _start, Field(title="initial state", description=(
+    'angles and speeds at the start by the names of the bodies, `{ p1 = "0.3 rad" }`'
+))]  # fmt: skip
+Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(title="initial states")]
+Path = Annotated[str, _path, Field(title="path of a parameter")]
+Values = Annotated[tuple[Quantity, ...], _values, Field(title="values of the parameter")]
+Pair = Annotated[tuple[Quantity, Quantity], _pair, Field(title="pair [low, high] of the parameter")]
 Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)]  # of a quantity by ``si``
 Whole = Annotated[int, _whole]
-Order = Annotated[Literal[1, 2], _order, Field(description="order of the averaged equations")]
-Inertia = Annotated[bool, _inertia, Field(description="whether the averaged equations keep the bodies' inertia")]
-BalancingBodies = Annotated[
-    Literal["steady", "held"] | None,
-    Field(description="where balancing bodies are: in their steady phases at each speed, or held at the start"),
-]
+Order = Annotated[Literal[1, 2], _order, Field(description=(
+    "order of the averaged equations, 1 or 2; they hold over times 1/epsilon, where rotors or bodies librate undamped over a "
+    "few librations only"
+))]  # fmt: skip
+Inertia = Annotated[bool, _inertia, Field(description=(
+    "whether the averaged equations keep the inertia of the balancing bodies, by default where one of them is not damped"
+))]  # fmt: skip
+BalancingBodies = Annotated[Literal["steady", "held"] | None, Field(description=(
+    'where balancing bodies are: `"steady"`, in the steady phases that belong to each speed, a curve for each configuration, '
+    'as `synchronous-states` has them; `"held"`, at the phases of `start`, at all speeds. By default steady where these phases '
+    "are known, else held with a warning. Other rotors are at the phases of `start`"
+))]  # fmt: skip
 TrueOrFalse = Annotated[bool, _must(_is_bool, "must be true or false")]
 Tolerance = Annotated[
     float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")
 ]
-Engine = Annotated[Literal["heyoka", "scipy", "scipy-radau"], Field(description="engine of the integration")]
+Engine = Annotated[
+    Literal["heyoka", "scipy", "scipy-radau"], Field(description="engine of the integration, by default the best installed")
+]
 
 __all__ = [
     "DEFAULT_TOLERANCE", "BalancingBodies", "Engine", "Inertia", "Interval", "Order", "Pair", "Path", "Quantity", "Spec",

@@ -26,10 +26,8 @@ def template_from_keys(spec: type[Spec]) -> str:
 
 def _line(key: Key) -> str:
     value = "..." if key.default is None else _toml(key.default)
-    what = "; ".join(
-        text for text in (key.what, key.unit and f"in {key.unit}", key.allowed, "needed" if key.needed else "") if text
-    )
-    return f"# {f'{key.name} = {value}':30} # {what}"
+    texts = (key.what.replace("`", ""), key.unit and f"in {key.unit}", key.allowed, "needed" if key.needed else "")
+    return f"# {f'{key.name} = {value}':30} # {'; '.join(filter(None, texts))}"
 
 
 def _toml(value: Any) -> str:

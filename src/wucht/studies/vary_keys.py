@@ -41,4 +41,4 @@ def _group(where: str, given: Any) -> dict[str, Any]:
     return {"of": None if names is None else list(names), "range": list(ends)}
 
 
-Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(description="what may be changed, and how far")]
+Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(title="what may be changed, and how far")]

@@ -33,9 +33,9 @@ class Outline:
 
 
 class Follower(Described, ABC):
-    """A follower of some kind. clockwise: the sense in which the cam turns. unit: of its motion, rad on a lever, m on a rod.
+    """A follower of some kind.
 
-    placing: the keys that a smaller or larger cam changes.
+    Its motion is an angle on a lever, a length on a rod (``unit``); a smaller or larger cam changes its keys ``placing``.
     """
 
     unit: ClassVar[str] = "m"

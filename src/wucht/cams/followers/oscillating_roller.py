@@ -45,7 +45,9 @@ class OscillatingRoller(RollerFollower):
     arm: float = si("m", "arm of the lever", gt=0)
     roller_radius: float = si("m", "radius of the roller", gt=0)
     angle: float = si("rad", "angle of the lever where the law is zero")
-    counter: CounterTable | None = None
+    counter: CounterTable | None = Field(
+        None, description="lever of a counter cam, rigidly joined to this one: a table with `arm`, `roller_radius` and `angle`"
+    )
     groove: StrictBool = Field(False, description="choice of a groove, true or false")
 
     @model_validator(mode="after")

@@ -17,16 +17,19 @@ LARGEST_ANGLE = math.radians(89)
 
 
 class Permitted(Described):
-    """What the cam is judged by. pressure_angle; least_radius: of curvature where the contour is convex; shaft_radius: of the
-    shaft or the hub, which the base circle must not be smaller than; contact_pressure.
+    """What the cam is judged by.
 
-    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam is found besides that keeps
+    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam is sought besides that keeps
     them, in any case with a base circle that is not negative.
     """
 
     pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0)
-    least_radius: float | None = si("m", "least radius of curvature", default=None, ge=0)
-    shaft_radius: float | None = si("m", "radius of the shaft or hub", default=None, ge=0)
+    least_radius: float | None = si(
+        "m", "least radius of curvature", default=None, ge=0, help="least radius of curvature where the contour is convex"
+    )
+    shaft_radius: float | None = si("m", "radius of the shaft or hub", default=None, ge=0, help=(
+        "radius of the shaft or the hub, which the base circle must not be smaller than"
+    ))  # fmt: skip
     contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
 
     @model_validator(mode="after")

@@ -82,21 +82,29 @@ class Driving:
 
 
 class ElasticTable(Described):
-    """Springs that the rigid prediction leaves out.
+    """Springs that the rigid prediction leaves out."""
 
-    output_frequency: the natural frequency of the output on the spring between it and the cam's lever, the lever held; or
-    output_stiffness, in N m/rad or N/m. output_damping_ratio, by default 0.02; or output_damping, in N m s/rad or N s/m.
-    shaft_stiffness, shaft_damping: of the camshaft between the flywheel and the cam, whose own inertia is
-    cam_inertia, a part of shaft.inertia.
-    """
-
-    output_frequency: float | None = si("rad/s", "natural frequency of the output", default=None, gt=0)
-    output_stiffness: _OfOutput | None = Field(None, description="stiffness between lever and output")
-    output_damping_ratio: float | None = si("", "damping ratio of the output", default=None, ge=0, lt=1)
-    output_damping: _OfOutput | None = Field(None, description="damping between lever and output")
-    shaft_stiffness: float | None = si("N m/rad", "stiffness of the camshaft", default=None, gt=0)
-    shaft_damping: float = si("N m s/rad", "damping of the camshaft", default=0.0, ge=0)
-    cam_inertia: float | None = si("kg m^2", "moment of inertia of the cam", default=None, gt=0)
+    output_frequency: float | None = si("rad/s", "natural frequency of the output", default=None, gt=0, help=(
+        "natural frequency of the output on the spring between it and the cam's lever, the lever held; or `output_stiffness`"
+    ))  # fmt: skip
+    output_stiffness: _OfOutput | None = Field(None, title="stiffness between lever and output", description=(
+        "stiffness between lever and output, in N m/rad or N/m, instead of `output_frequency`"
+    ))  # fmt: skip
+    output_damping_ratio: float | None = si("", "damping ratio of the output", default=None, ge=0, lt=1, help=(
+        "damping ratio of the output, by default 0.02; or `output_damping`"
+    ))  # fmt: skip
+    output_damping: _OfOutput | None = Field(None, title="damping between lever and output", description=(
+        "damping between lever and output, in N m s/rad or N s/m, instead of `output_damping_ratio`"
+    ))  # fmt: skip
+    shaft_stiffness: float | None = si("N m/rad", "stiffness of the camshaft", default=None, gt=0, help=(
+        "stiffness of the camshaft between the flywheel and the cam"
+    ))  # fmt: skip
+    shaft_damping: float = si("N m s/rad", "damping of the camshaft", default=0.0, ge=0, help=(
+        "damping of the camshaft between the flywheel and the cam"
+    ))  # fmt: skip
+    cam_inertia: float | None = si("kg m^2", "moment of inertia of the cam", default=None, gt=0, help=(
+        "moment of inertia of the cam alone, a part of `shaft.inertia`, where the camshaft is elastic"
+    ))  # fmt: skip
 
     @classmethod
     def where(cls) -> str:
@@ -147,16 +155,27 @@ def _of_output(quantity: Unit, given: float | str, where: str, unit: str) -> flo
 
 
 class ShaftTable(Described):
-    """inertia: of what turns with the cam; output_inertia or output_mass: of what moves with the output. mean_speed: instead of
-    a drive, the eigenmotion; with one where it is expected. drive, loads: as of a machine, without ``on``. elastic: springs."""
+    """The camshaft with what drives and loads it, from which its speed is predicted."""
 
-    inertia: float = si("kg m^2", "moment of inertia", gt=0)
-    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0)
-    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0)
-    mean_speed: float | None = si("rad/s", "mean speed", default=None, gt=0)
-    drive: dict[str, Any] | None = Field(None, description="drive, a table: [shaft.drive]")
-    loads: tuple[dict[str, Any], ...] = Field((), description="loads, tables: [[shaft.loads]]")
-    elastic: ElasticTable | None = Field(None, description="springs, a table: [shaft.elastic]")
+    inertia: float = si("kg m^2", "moment of inertia", gt=0, help="moment of inertia of what turns with the cam")
+    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
+        "moment of inertia of what moves with the output, where that turns"
+    ))  # fmt: skip
+    output_mass: float | None = si(
+        "kg", "mass of the output", default=None, ge=0, help="mass of what moves with the output, where that slides"
+    )
+    mean_speed: float | None = si("rad/s", "mean speed", default=None, gt=0, help=(
+        "mean speed: instead of a drive, that of the eigenmotion; with one, where it is expected"
+    ))  # fmt: skip
+    drive: dict[str, Any] | None = Field(
+        None, title="drive, a table: [shaft.drive]", description="drive as of a machine, without `on`, a table: `[shaft.drive]`"
+    )
+    loads: tuple[dict[str, Any], ...] = Field(
+        (), title="loads, tables: [[shaft.loads]]", description="loads as of a machine, without `on`, tables: `[[shaft.loads]]`"
+    )
+    elastic: ElasticTable | None = Field(None, title="springs, a table: [shaft.elastic]", description=(
+        "springs that the rigid prediction leaves out, a table: `[shaft.elastic]`"
+    ))  # fmt: skip
 
     @classmethod
     def where(cls) -> str:

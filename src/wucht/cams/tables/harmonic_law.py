@@ -29,12 +29,16 @@ _FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-accelerati
 class RestrictionTable(Described):
     """What a derivative by the cam angle must be at an angle, on an arc, or (without either) everywhere."""
 
-    of: Literal["position", "velocity", "acceleration", "jerk"] = "position"
-    at: float | None = si("rad", "cam angle", default=None)
-    on: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None)
-    equals: Position | None = Field(None, description="value")
-    min: Position | None = Field(None, description="least value")
-    max: Position | None = Field(None, description="greatest value")
+    of: Literal["position", "velocity", "acceleration", "jerk"] = Field(
+        "position", description="which derivative by the cam angle is restricted"
+    )
+    at: float | None = si("rad", "cam angle", default=None, help="cam angle at which it holds")
+    on: tuple[float, float] | None = si(
+        "rad", "arc of the cam angle", default=None, help="arc of the cam angle on which it holds, `[begin, end]`"
+    )
+    equals: Position | None = Field(None, title="value", description="value that it must have")
+    min: Position | None = Field(None, title="least value", description="least value that it may have")
+    max: Position | None = Field(None, title="greatest value", description="greatest value that it may have")
     tolerance: Position | None = Field(None, description="tolerance of equals on an arc")
 
     def quantities(self, where: str) -> Iterator[tuple[str, float | str]]:
@@ -78,15 +82,19 @@ class CapTable(Described):
     """The largest amplitude of a harmonic."""
 
     harmonic: int = Field(ge=1, description="number of the harmonic")
-    amplitude: Position = Field(description="largest amplitude")
+    amplitude: Position = Field(title="largest amplitude", description="largest amplitude that the harmonic may have")
 
 
 class Coefficients(Described):
     """A series that is known: mean + sum of cosine_k cos k phi + sine_k sin k phi, the first harmonic first."""
 
-    mean: Position = Field(0.0, description="mean value")
-    cosine: tuple[Position, ...] = Field((), description="cosine coefficients")
-    sine: tuple[Position, ...] = Field((), description="sine coefficients")
+    mean: Position = Field(0.0, title="mean value", description="mean value of the motion")
+    cosine: tuple[Position, ...] = Field(
+        (), title="cosine coefficients", description="coefficients of the cosines, the first harmonic first"
+    )
+    sine: tuple[Position, ...] = Field(
+        (), title="sine coefficients", description="coefficients of the sines, the first harmonic first"
+    )
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
@@ -96,10 +104,10 @@ class Coefficients(Described):
 
 
 class Resonance(Described):
-    """Of the elastic output: orders near it weigh more. speed: of the cam."""
+    """The resonance of the elastic output: orders near it weigh more."""
 
-    frequency: float = si("rad/s", "natural frequency", gt=0)
-    damping_ratio: float = si("", "damping ratio", default=0.02, gt=0, lt=1)
+    frequency: float = si("rad/s", "natural frequency", gt=0, help="natural frequency of the elastic output")
+    damping_ratio: float = si("", "damping ratio", default=0.02, gt=0, lt=1, help="damping ratio of the elastic output")
     speed: float = si("rad/s", "mean speed of the cam", gt=0)
 
     def magnification(self, count: int) -> np.ndarray:
@@ -114,11 +122,19 @@ class HarmonicTable(LawTable):
     kind: ClassVar[str] = "harmonic"
 
     harmonics: int | None = Field(None, ge=1, le=_MOST, description="number of harmonics")
-    objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = "flattest-dwell"
-    restrictions: tuple[RestrictionTable, ...] = Field((), description="restrictions")
+    objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = Field(
+        "flattest-dwell", description="what is made best of all motions that keep the restrictions"
+    )
+    restrictions: tuple[RestrictionTable, ...] = Field(
+        (), title="restrictions", description="what the motion must be at angles or on arcs, tables: `[[law.restrictions]]`"
+    )
     caps: tuple[CapTable, ...] = Field((), description="largest amplitudes of harmonics")
-    resonance: Resonance | None = None
-    coefficients: Coefficients | None = None
+    resonance: Resonance | None = Field(
+        None, description="resonance of the output, near which orders weigh more, a table: `[law.resonance]`"
+    )
+    coefficients: Coefficients | None = Field(
+        None, description="coefficients of a motion that is known, instead of restrictions, a table: `[law.coefficients]`"
+    )
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""

@@ -26,9 +26,13 @@ _CAM_ANGLE = Unit("rad", "cam angle")
 class RiseTable(LawTable):
     """A law that rises by a stroke, rests, and returns."""
 
-    stroke: Position = Field(description="stroke")
-    rise: tuple[float, float] = si("rad", "arc of the cam angle")
-    back: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, alias="return")
+    stroke: Position = Field(title="stroke", description="stroke of the output between its two rests")
+    rise: tuple[float, float] = si(
+        "rad", "arc of the cam angle", help="arc of the cam angle on which the output rises, `[begin, end]`"
+    )
+    back: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, alias="return", help=(
+        "arc of the cam angle on which the output returns, `[begin, end]`"
+    ))  # fmt: skip
 
     @abstractmethod
     def rise_law(self) -> StandardLaw:
@@ -57,16 +61,13 @@ class StandardTable(RiseTable):
 
 
 class PointsTable(LawTable):
-    """A motion by points over one turn: cam angle and output, from a file or as numbers in SI.
-
-    unit: of the output.
-    """
+    """A motion by points over one turn: cam angle and output, from a file or as numbers in SI."""
 
     kind: ClassVar[str] = "table"
 
     points: tuple[tuple[float, float], ...] = Field(description="points: cam angle and output")
-    degree: Literal[3, 5] = 5
-    unit: Literal["rad", "m"] = "rad"
+    degree: Literal[3, 5] = Field(5, description="degree of the spline through the points")
+    unit: Literal["rad", "m"] = Field("rad", description="unit of the output, of an angle or a length")
 
     @classmethod
     def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:

@@ -18,28 +18,36 @@ from wucht.schema import Described, si
 
 
 class SpeedTable(Described):
-    """mean, cosine, sine: coefficients, order 1 first. over: the time of a turn, or its angle, as order tracking gives them.
-    period: of a turn, to check the mean.
+    """The speed of the camshaft over one turn: by coefficients, or from a record."""
 
-    file, column: a record of the speed, the angle or the pulses of an encoder; orders: those that are kept. unit: of numbers,
-    instead of the one that the file states. scale: a factor for them; -1 where they count against the cam's turning.
-    pulses_per_turn, index: of the encoder. hysteresis: of pulses that are a signal, a share of its swing.
-    """
-
-    mean: float | None = si("rad/s", "mean speed", default=None, gt=0)
-    cosine: tuple[float, ...] | None = si("rad/s", "cosine coefficient", default=None)
-    sine: tuple[float, ...] | None = si("rad/s", "sine coefficient", default=None)
-    over: Literal["time", "angle"] = "time"
-    period: float | None = si("s", "time of a turn", default=None, gt=0)
-    file: str | None = Field(None, description="file of the record")
+    mean: float | None = si("rad/s", "mean speed", default=None, gt=0, help="mean speed of the camshaft, order 0")
+    cosine: tuple[float, ...] | None = si(
+        "rad/s", "cosine coefficient", default=None, help="coefficients of the cosines of the speed, order 1 first"
+    )
+    sine: tuple[float, ...] | None = si(
+        "rad/s", "sine coefficient", default=None, help="coefficients of the sines of the speed, order 1 first"
+    )
+    over: Literal["time", "angle"] = Field(
+        "time", description="what the orders are over: the time of a turn, or its angle, as order tracking gives them"
+    )
+    period: float | None = si("s", "time of a turn", default=None, gt=0, help="time of a turn, to check the mean")
+    file: str | None = Field(
+        None, title="file of the record", description="file of a record of the speed, the angle or the pulses of an encoder"
+    )
     column: str | None = Field(None, description="column of the record")
-    quantity: Literal["speed", "angle", "pulses"] | None = None
-    unit: str | None = Field(None, min_length=1, description="unit of the column's numbers")
-    scale: float | None = si("", "factor for the column's numbers", default=None)
+    quantity: Literal["speed", "angle", "pulses"] | None = Field(None, description="what the column is a record of")
+    unit: str | None = Field(None, min_length=1, title="unit of the column's numbers", description=(
+        "unit of the column's numbers, instead of the one that the file states"
+    ))  # fmt: skip
+    scale: float | None = si("", "factor for the column's numbers", default=None, help=(
+        "factor for the column's numbers; -1 where they count against the cam's turning"
+    ))  # fmt: skip
     orders: tuple[int, ...] = Field((), description="orders that are kept")
     pulses_per_turn: int | None = Field(None, ge=1, description="number of encoder pulses a turn")
     index: str | None = Field(None, description="column of the index pulse")
-    hysteresis: float | None = si("", "hysteresis of the pulses as a share of their swing", default=None, ge=0, lt=0.5)
+    hysteresis: float | None = si("", "hysteresis of the pulses as a share of their swing", default=None, ge=0, lt=0.5, help=(
+        "hysteresis of pulses that are a signal, as a share of their swing"
+    ))  # fmt: skip
 
     @classmethod
     def where(cls) -> str:

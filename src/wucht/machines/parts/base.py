@@ -84,7 +84,9 @@ class Part(Described, ABC):
 class Body(Part):
     """A body of the machine, on the carrier or on another body (``about``)."""
 
-    name: str = Field(description="name", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
+    name: str = Field(
+        pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name that its parameters and results bear"
+    )
     release: Release | None = Field(None, description="release, { time = ... } or { speed = ... }")
 
     @property
@@ -144,9 +146,9 @@ class Body(Part):
 
 
 class OnShaft(Part):
-    """What acts on the shaft of one body: a torque that depends on its speed. ``on``: by default the machine's only rotor."""
+    """What acts on the shaft of one body: a torque that depends on its speed."""
 
-    on: str = Field("", description="name of the body")
+    on: str = Field("", title="name of the body", description="name of the body, by default the machine's only rotor")
     label: str = Field("", exclude=True)
     group: ClassVar[str] = ""
 
@@ -181,7 +183,9 @@ class Drive(OnShaft):
     """A drive acts on one body. Its stator stands on the foundation, or on the carrier, which then feels its reaction."""
 
     group: ClassVar[str] = "drive"
-    stator: Literal["foundation", "carrier"] = "foundation"
+    stator: Literal["foundation", "carrier"] = Field(
+        "foundation", description="what the stator stands on; a carrier feels its reaction"
+    )
     transmission: Transmission | None = Field(
         None, description="gear or belt, { ratio = ..., inertia = ..., efficiency = ... }"
     )

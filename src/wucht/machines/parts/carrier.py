@@ -28,10 +28,10 @@ from wucht.schema import Described
 class Foundation(Described):
     """A mass on its own springs and dampers, on which the carrier's springs of one direction stand: 000, end of section 5."""
 
-    direction: Literal["x", "y"] = Field(description="direction")
-    mass: float = si("kg", "mass", "m_f", gt=0)
-    stiffness: float = si("N/m", "stiffness", "c_f", gt=0)
-    damping: float = si("N s/m", "damping", "b_f", 0.0, ge=0)
+    direction: Literal["x", "y"] = Field(title="direction", description="direction in which the foundation moves")
+    mass: float = si("kg", "mass", "m_f", gt=0, help="mass of the foundation")
+    stiffness: float = si("N/m", "stiffness", "c_f", gt=0, help="stiffness of the springs under the foundation")
+    damping: float = si("N s/m", "damping", "b_f", 0.0, ge=0, help="viscous damping of the springs under the foundation")
 
     def energies(self, at: Coordinate, gravity: sp.Expr) -> Energies:
         """T = m v^2/2, V = c z^2/2 + m g z (in y), R = b v^2/2."""
@@ -43,21 +43,31 @@ class Foundation(Described):
 class Carrier(Support):
     """A mass that moves in x, y or both, held by linear springs and dampers; y points up, against gravity.
 
-    Stiffness and damping are one number (isotropic) or a pair [x, y], or follow from ``frequency``, the natural frequency with
-    all bodies on the carrier, and ``damping_ratio``. Bodies add their own mass. ``motion`` prescribes the
-    displacement in one direction; ``foundation`` is a mass on springs under one direction. ``directions = "fixed"``: the axis
-    does not move.
+    Its displacement in one direction may be prescribed; its springs of one direction may be on a foundation.
     """
 
     kind = "carrier"
 
-    mass: float = si("kg", "mass", "m", 0.0, ge=0)
-    directions: Literal["x", "y", "xy", "fixed"] = "xy"
-    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
-    damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
-    frequency: float | tuple[float, float] | None = si("rad/s", "natural frequency with all bodies on it", "omega_0", None)
-    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None)
-    foundation: Foundation | None = Field(None, description="foundation")
+    mass: float = si("kg", "mass", "m", 0.0, ge=0, help="mass of the carrier, to which bodies add their own")
+    directions: Literal["x", "y", "xy", "fixed"] = Field(
+        "xy", description='directions in which the carrier moves; `"fixed"`: the axis does not move'
+    )
+    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
+        "stiffness of the springs, one number (isotropic) or a pair [x, y]; or give `frequency`"
+    ))  # fmt: skip
+    damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0, help=(
+        "viscous damping of the carrier, one number (isotropic) or a pair [x, y]; or give `damping_ratio`"
+    ))  # fmt: skip
+    frequency: float | tuple[float, float] | None = si(
+        "rad/s", "natural frequency with all bodies on it", "omega_0", None,
+        help="natural frequency with all bodies on the carrier, from which the stiffness follows",
+    )  # fmt: skip
+    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None, help=(
+        "damping ratio with all bodies on the carrier, from which the damping follows"
+    ))  # fmt: skip
+    foundation: Foundation | None = Field(
+        None, description="mass on springs of its own under the carrier's springs of one direction"
+    )
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ class ConstantSpeed(Drive):
 
     kind = "constant-speed"
 
-    speed: float = si("rad/s", "speed", "Omega")
+    speed: float = si("rad/s", "speed", "Omega", help="speed with which the body turns, signed")
     angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
 
     def prescribed(self) -> sp.Expr:

@@ -18,7 +18,7 @@ class CoulombLoad(Load):
     kind = "coulomb"
 
     # The key is ``torque``, which in Python is the method.
-    level: float = si("N m", "friction torque", "T_c", alias="torque", ge=0)
+    level: float = si("N m", "friction torque", "T_c", alias="torque", ge=0, help="friction torque against the speed")
     transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_c", TRANSITION, gt=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:

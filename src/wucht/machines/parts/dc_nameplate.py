@@ -18,15 +18,19 @@ class DCNameplate(Nameplate):
     """What is printed on a DC motor with a separate field or permanent magnets: the rated point, and the one without load.
 
     ``power`` on the shaft, or ``torque``. Needed besides is the ``no_load_speed``; or ``current`` with ``armature_resistance``;
-    or ``current`` with ``no_load_current``: then the losses tell the resistance.
+    or ``current`` with ``no_load_current``, from which the losses give the resistance.
     """
 
-    voltage: float = si("V", "rated voltage", "U_n", gt=0)
-    speed: float = si("rad/s", "rated speed", "n_n", gt=0)
-    power: float | None = si("W", "rated power on the shaft", "P_n", None, gt=0)
-    torque: float | None = si("N m", "rated torque", "T_n", None, gt=0)
-    current: float | None = si("A", "rated current of the armature", "I_n", None, gt=0)
-    no_load_speed: float | None = si("rad/s", "no-load speed", "n_0", None, gt=0)
+    voltage: float = si("V", "rated voltage", "U_n", gt=0, help="rated voltage of the armature")
+    speed: float = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
+    power: float | None = si("W", "rated power on the shaft", "P_n", None, gt=0, help="rated power on the shaft; or `torque`")
+    torque: float | None = si("N m", "rated torque", "T_n", None, gt=0, help="rated torque, instead of `power`")
+    current: float | None = si("A", "rated current of the armature", "I_n", None, gt=0, help=(
+        "rated current of the armature, beside `armature_resistance` or `no_load_current`"
+    ))  # fmt: skip
+    no_load_speed: float | None = si(
+        "rad/s", "no-load speed", "n_0", None, gt=0, help="no-load speed at the rated voltage; or give `current`"
+    )
     no_load_current: float | None = si("A", "no-load current of the armature", "I_0", None, ge=0)
     armature_resistance: float | None = si("ohm", "resistance of the armature", "R_A", None, gt=0)
 

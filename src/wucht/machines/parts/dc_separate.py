@@ -18,16 +18,19 @@ _LINE = ("armature_resistance", "motor_constant", "flux")  # what follows from a
 class DCSeparate(Drive):
     """A DC motor whose flux does not depend on the armature's current: 002 (2.85)-(2.92). A negative voltage reverses it.
 
-    Only k_M times the flux matters, in V s or N m/A; where a data sheet gives that product, motor_constant is 1. ``nameplate``:
-    the parameters follow from what is printed on the motor; a ``voltage`` beside it is the one with which it is run.
+    Only k_M times the flux matters, in V s or N m/A.
     """
 
     kind = "dc-separate"
 
-    nameplate: DCNameplate | None = Field(None, description="what is printed on the motor, instead of its constants")
-    voltage: float = si("V", "voltage of the armature", "U")
+    nameplate: DCNameplate | None = Field(None, description="what is printed on the motor, from which its constants follow")
+    voltage: float = si("V", "voltage of the armature", "U", help=(
+        "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the one with which it is run"
+    ))  # fmt: skip
     armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
-    motor_constant: float = si("", "motor constant", "k_M", gt=0)
+    motor_constant: float = si("", "motor constant", "k_M", gt=0, help=(
+        "motor constant k_M: torque over flux and current; where a data sheet gives its product with the flux, 1"
+    ))  # fmt: skip
     flux: float = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
 
     @model_validator(mode="before")

@@ -5,19 +5,22 @@ from __future__ import annotations
 from typing import Literal
 
 import sympy as sp
+from pydantic import Field
 
 from wucht.machines.parts.base import Drive, si
 
 
 class SelfExcited(Drive):
-    """A DC motor that makes its own field. ``sense`` = -1: the field is reconnected, so that it turns backwards."""
+    """A DC motor that makes its field itself."""
 
-    voltage: float = si("V", "voltage", "U")
+    voltage: float = si("V", "voltage", "U", help="voltage of the source, whose sign does not matter")
     armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
     field_resistance: float = si("ohm", "resistance of the field winding", "R_E", ge=0)
     field_inductance: float = si("H", "inductance of the field winding", "L_E", gt=0)
-    motor_constant: float = si("", "motor constant", "k_M", gt=0)
-    sense: Literal[1, -1] = 1
+    motor_constant: float = si("", "motor constant", "k_M", gt=0, help="motor constant k_M: torque over flux and current")
+    sense: Literal[1, -1] = Field(
+        1, description="sense of rotation; -1 is the motor with its field reconnected: it turns backwards"
+    )
 
     def circuit(self) -> tuple[sp.Symbol, ...]:
         """U, R_A, R_E, L_E, k_M."""
@@ -27,8 +30,8 @@ class SelfExcited(Drive):
 class DCSeries(SelfExcited):
     """A DC motor whose current makes its field: 002 (2.100)-(2.105). Without load its speed grows without bound.
 
-    The sign of the voltage does not matter, as it changes field and current together; ``sense`` = -1 is the motor with its
-    field reconnected: it turns backwards, torque(-speed) = -torque(speed) of the other.
+    The sign of the voltage does not matter, as it changes field and current together. With ``sense`` = -1 the torque is
+    -torque(-speed) of the other.
 
     Turned backwards by its load, it brakes with a growing torque, and at speed = -R/(k_M L_E) nothing limits its current any
     more: there the formula has a pole and means nothing beyond. A real motor saturates before.

@@ -12,7 +12,7 @@ class DCShunt(SelfExcited):
     """A DC motor whose field and armature are fed by one source: 002 (2.95)-(2.99).
 
     Its no-load speed R_E/(k_M L_E) does not depend on the voltage, whose sign does not matter, as field and armature change it
-    together. ``sense`` = -1 is the motor with its field reconnected: it turns backwards.
+    together.
     """
 
     kind = "dc-shunt"

@@ -17,10 +17,9 @@ TRANSITION = 1e-3  # m/s: below any speed of impact of interest
 
 
 class EndStop(AlongLine):
-    """A spring that the carrier meets after a gap in the direction of its line; ``sides = "both"``: against it, too.
+    """A spring that the carrier meets after a gap in the direction of its line, or against it, too.
 
-    The gap counts from ``rest``, the carrier's displacement along the line in which it was measured: 0 where the carrier's
-    springs are free of force. Its loss is viscous (``damping``), or of the kind of friction, in proportion to the spring's
+    Its loss is viscous (``damping``), or of the kind of friction, in proportion to the spring's
     force (``restitution`` e): c d (1 + e^2)/2 at the depth d, and c d (1 - e^2)/2 against the motion. So whatever mass meets
     it at whatever speed, far above ``transition_speed``, leaves with e times that speed: the area of that loop is (1 - e^2)
     c d^2/2. The force always pushes, other than that of a viscous damper at the end of a contact.
@@ -28,12 +27,20 @@ class EndStop(AlongLine):
 
     kind = "end-stop"
 
-    gap: float = si("m", "gap", "s", ge=0)
-    stiffness: float = si("N/m", "stiffness", "c", gt=0)
-    damping: float | None = si("N s/m", "damping", "b", None, ge=0)
-    restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
-    sides: Literal["one", "both"] = Field("one", description="sides")
-    rest: float = si("m", "displacement along the line at which the gap is measured", "s_0", 0.0)
+    gap: float = si("m", "gap", "s", ge=0, help="gap between the carrier and the spring, counted from `rest`")
+    stiffness: float = si("N/m", "stiffness", "c", gt=0, help="stiffness of the spring behind the gap")
+    damping: float | None = si(
+        "N s/m", "damping", "b", None, ge=0, help="viscous damping beside the spring; or give `restitution`"
+    )
+    restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1, help=(
+        "coefficient of restitution: the speed after a contact over that before it"
+    ))  # fmt: skip
+    sides: Literal["one", "both"] = Field(
+        "one", description='sides of the stop; `"both"`: against the direction of its line, too'
+    )
+    rest: float = si("m", "displacement along the line at which the gap is measured", "s_0", 0.0, help=(
+        "displacement along the line at which the gap is measured: 0 where the carrier's springs are free of force"
+    ))  # fmt: skip
     transition_speed: float = si("m/s", "speed of the transition where the motion turns", "v_c", TRANSITION, gt=0)
 
     def check(self) -> None:

@@ -25,7 +25,7 @@ class FrictionDamper(AlongLine):
     kind = "friction-damper"
     own_states = (OwnState("lining", "m", "lining travel", "z"),)
 
-    force: float = si("N", "friction force", "F", ge=0)
+    force: float = si("N", "friction force", "F", ge=0, help="friction force of the lining that slips")
     build_up: float = si("m", "travel over which the force builds up", "d", BUILD_UP, gt=0)
     free_travel: float | None = si("m", "free travel to either side", "g", None, ge=0)
 

@@ -38,15 +38,15 @@ class Induction(Drive):
     in proportion to the frequency, so that it may be changed while the motor runs; without that key they are those at the
     given ``frequency``. Without ``magnetising_reactance`` its current is left out, as in 002, and a schedule of the frequency
     begins a little above zero: without a field that turns there is no slip. With it, and a resistance of the stator, the
-    frequency may be 0: the motor then brakes as one fed with direct current does. ``sense`` = -1 is the motor with two phases
-    exchanged: it turns backwards. ``standstill_resistance``: of a rotor whose deep bars displace the current, at standstill and
-    the rated frequency; between that and ``rotor_resistance`` it follows ``displacement``. ``nameplate``: the circuit follows
-    from what is printed on the motor.
+    frequency may be 0: the motor then brakes as one fed with direct current does. Between ``standstill_resistance``
+    and ``rotor_resistance`` that of the rotor follows ``displacement``.
     """
 
     kind = "induction"
 
-    nameplate: InductionNameplate | None = Field(None, description="what is printed on the motor, instead of its circuit")
+    nameplate: InductionNameplate | None = Field(
+        None, description="what is printed on the motor, from which its circuit follows"
+    )
     voltage: float = si("V", "voltage of a phase", "U_1")
     frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
@@ -54,10 +54,18 @@ class Induction(Drive):
     rotor_resistance: float = si("ohm", "resistance of the rotor", "R_2", gt=0)
     stator_reactance: float = si("ohm", "leakage reactance of the stator", "X_1", ge=0)
     rotor_reactance: float = si("ohm", "leakage reactance of the rotor", "X_2", ge=0)
-    standstill_resistance: float | None = si("ohm", "resistance of the rotor at standstill", "R_2s", None, gt=0)
-    magnetising_reactance: float | None = si("ohm", "magnetising reactance", "X_m", None, gt=0)
-    rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0)
-    sense: Literal[1, -1] = 1
+    standstill_resistance: float | None = si("ohm", "resistance of the rotor at standstill", "R_2s", None, gt=0, help=(
+        "resistance of the rotor at standstill and the rated frequency, where deep bars displace the current"
+    ))  # fmt: skip
+    magnetising_reactance: float | None = si("ohm", "magnetising reactance", "X_m", None, gt=0, help=(
+        "reactance of the magnetising current, which is left out without it, as in 002"
+    ))  # fmt: skip
+    rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0, help=(
+        "frequency at which the reactances hold, by default `frequency`; they grow in proportion to it"
+    ))  # fmt: skip
+    sense: Literal[1, -1] = Field(
+        1, description="sense of rotation; -1 is the motor with two phases exchanged: it turns backwards"
+    )
 
     @model_validator(mode="before")
     @classmethod

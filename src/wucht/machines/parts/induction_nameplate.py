@@ -16,17 +16,18 @@ _MOST_SLIP = 0.3  # more, and speed, frequency or poles are mistaken
 class InductionNameplate(Nameplate):
     """What is printed on an induction motor, or in its data sheet: the rated point, and torques as multiples of the rated one.
 
-    ``voltage`` is that between two lines, ``current`` that of a line. ``poles``: by default as many as the speed says. Of
-    ``efficiency``, ``power_factor`` and ``current`` two give the magnetising reactance and, with the losses, a bound on the
+    Of ``efficiency``, ``power_factor`` and ``current`` two give the magnetising reactance and, with the losses, a bound on the
     resistance of the stator.
     """
 
     power: float = si("W", "rated power on the shaft", "P_n", gt=0)
-    speed: float = si("rad/s", "rated speed", "n_n", gt=0)
+    speed: float = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
     voltage: float = si("V", "rated voltage between two lines", "U_n", gt=0)
     connection: Literal["star", "delta"] = Field("star", description="connection of the windings")
-    frequency: float = si("Hz", "rated frequency", "f_n", gt=0)
-    poles: float | None = si("", "number of poles", "2p", None, ge=2)
+    frequency: float = si("Hz", "rated frequency", "f_n", gt=0, help="rated frequency of the mains")
+    poles: float | None = si(
+        "", "number of poles", "2p", None, ge=2, help="number of poles, by default as many as the rated speed says"
+    )
     breakdown_torque_ratio: float = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)
     starting_torque_ratio: float | None = si("", "starting torque over rated torque", "T_s/T_n", None, gt=0)
     efficiency: float | None = si("", "efficiency at the rated point", "eta", None, gt=0, lt=1)

@@ -25,11 +25,13 @@ class Inverter(Drive):
     kind = "inverter"
     own_states = (OwnState("integral", "N m", "integral part", "tau"),)
 
-    set_speed: float = si("rad/s", "set speed", "omega_s")
+    set_speed: float = si("rad/s", "set speed", "omega_s", help="speed that the controller keeps; a schedule of it is the ramp")
     gain: float = si("N m s", "gain of the controller", "K", gt=0)
-    integral_time: float = si("s", "integral time", "T_i", gt=0)
-    torque_limit: float = si("N m", "torque limit", "T_m", gt=0)
-    power_limit: float | None = si("W", "power limit", "P", None, gt=0)
+    integral_time: float = si("s", "integral time", "T_i", gt=0, help="integral time of the controller")
+    torque_limit: float = si("N m", "torque limit", "T_m", gt=0, help="largest torque in either sense")
+    power_limit: float | None = si(
+        "W", "power limit", "P", None, gt=0, help="largest power, which limits the torque at high speed: field weakening"
+    )
 
     def no_load_path(self) -> str:
         """That of ``set_speed``."""

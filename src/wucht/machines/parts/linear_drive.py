@@ -13,7 +13,7 @@ class LinearDrive(Drive):
     kind = "linear"
 
     slope: float = si("N m s", "slope of the torque over speed", "U", ge=0)
-    no_load_speed: float = si("rad/s", "no-load speed", "omega")
+    no_load_speed: float = si("rad/s", "no-load speed", "omega", help="speed at which the torque is zero")
 
     def no_load_path(self) -> str:
         """That of ``no_load_speed``."""

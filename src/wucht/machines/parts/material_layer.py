@@ -21,7 +21,7 @@ class MaterialLayer(Attachment):
 
     mass: float = si("kg", "mass of the material on the deck", "m", gt=0)
     share: float = si("", "share of it that vibrates along", "kappa", ge=0, le=1)
-    damping: float = si("N s/m", "damping", "b", 0.0, ge=0)
+    damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="damping by the material on the deck")
 
     def energies(self, frame: Frame) -> Energies:
         """T = kappa m v^2/2, V = m g y: in the mean the deck bears all of the weight; R = b v^2/2."""

@@ -19,14 +19,17 @@ class PrescribedMotion(Described):
     """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
 
     Between points the displacement is a cubic spline, so that its velocity and acceleration are continuous; before the first
-    and after the last it holds still, so the spline begins and ends with zero velocity. In direction r the amplitude is an
-    angle.
+    and after the last it holds still, so the spline begins and ends with zero velocity.
     """
 
-    direction: Literal["x", "y", "r"] = Field(description="direction")
-    amplitude: float | None = si("m", "amplitude", "x_0", None)
-    frequency: float | None = si("rad/s", "angular frequency", "Omega", None, gt=0)
-    points: tuple[tuple[float, float], ...] | None = Field(None, description="points (time, displacement)", min_length=4)
+    direction: Literal["x", "y", "r"] = Field(title="direction", description="direction of the motion, r: of the rotation")
+    amplitude: float | None = si("m", "amplitude", "x_0", None, help="amplitude of a harmonic motion, in direction r an angle")
+    frequency: float | None = si(
+        "rad/s", "angular frequency", "Omega", None, gt=0, help="angular frequency of a harmonic motion"
+    )
+    points: tuple[tuple[float, float], ...] | None = Field(
+        None, min_length=4, title="points (time, displacement)", description="points (time, displacement) of a measured motion"
+    )
 
     @field_validator("*", mode="before")
     @classmethod

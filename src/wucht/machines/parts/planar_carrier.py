@@ -31,41 +31,54 @@ from wucht.schema import Described
 
 
 class Mount(Described):
-    """A spring and damper at a place on the carrier, measured from its centre of mass: one value for x and y, or a pair.
+    """A spring and damper at a place on the carrier, measured from its centre of mass."""
 
-    Without a stiffness the mounts share alike what the carrier's ``frequency`` asks for.
-    """
-
-    at: tuple[float, float] = si("m", "place", "a")
-    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
-    damping: float | tuple[float, float] = si("N s/m", "damping", "b", (0.0, 0.0))
+    at: tuple[float, float] = si("m", "place", "a", help="place on the carrier, measured from its centre of mass")
+    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
+        "stiffness of the spring, one for x and y, or a pair; without it a share of what `frequency` asks for"
+    ))  # fmt: skip
+    damping: float | tuple[float, float] = si(
+        "N s/m", "damping", "b", (0.0, 0.0), help="viscous damping of the mount, one for x and y, or a pair"
+    )
 
 
 class PlanarCarrier(Support):
-    """``directions = "xyr"``: a rigid body with rotors at given positions, on mounts or on springs at its centre of mass.
+    """A rigid body with rotors at given positions, on mounts or on springs at its centre of mass.
 
-    Its angle chi is small: a place (a, b) on it moves by (x - b chi, y + a chi), so that the carrier stays linear. Stiffness
-    and damping may follow from ``frequency``, the natural frequency of its motion in x or y alone with all bodies on it, and
-    ``damping_ratio``; those of its rotation from ``rotation_frequency`` and ``rotation_damping_ratio``. Equal mounts share them
-    alike; those of given stiffness share the damping as they do the stiffness.
+    Its angle chi is small: a place (a, b) on it moves by (x - b chi, y + a chi), so that the carrier stays linear. Equal
+    mounts share alike the stiffness and damping that follow from natural frequencies and damping ratios; those of given
+    stiffness share the damping as they do the stiffness.
     """
 
     kind = "carrier-xyr"
 
-    mass: float = si("kg", "mass", "m", gt=0)
+    mass: float = si("kg", "mass", "m", gt=0, help="mass of the carrier, to which bodies add their own")
     inertia: float = si("kg m^2", "moment of inertia about the centre of mass", "J", gt=0)
-    directions: Literal["xyr"] = "xyr"
-    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
-    damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
-    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
-    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
-    frequency: float | tuple[float, float] | None = si("rad/s", "natural frequency with all bodies on it", "omega_0", None)
-    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None)
+    directions: Literal["xyr"] = Field("xyr", description="directions in which the carrier moves: x, y and a small rotation")
+    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
+        "stiffness of springs at the centre of mass, one number or a pair [x, y]; or give `mounts`"
+    ))  # fmt: skip
+    damping: float | tuple[float, float] = si(
+        "N s/m", "damping", "b", 0.0, help="viscous damping at the centre of mass, one number or a pair [x, y]"
+    )
+    rotation_stiffness: float | None = si(
+        "N m", "rotation stiffness", "c_r", None, ge=0, help="stiffness of the springs against rotation"
+    )
+    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0, help="viscous damping of the rotation")
+    frequency: float | tuple[float, float] | None = si(
+        "rad/s", "natural frequency with all bodies on it", "omega_0", None,
+        help="natural frequency in x or y alone with all bodies on the carrier, from which the stiffness follows",
+    )  # fmt: skip
+    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None, help=(
+        "damping ratio in x or y alone with all bodies on the carrier, from which the damping follows"
+    ))  # fmt: skip
     rotation_frequency: float | None = si(
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
     )
     rotation_damping_ratio: float | None = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
-    mounts: tuple[Mount, ...] = Field((), description="mounts")
+    mounts: tuple[Mount, ...] = Field(
+        (), title="mounts", description="springs and dampers at places on the carrier, tables: `[[machine.carrier.mounts]]`"
+    )
 
     def check(self) -> None:
         """Mounts, or stiffness and rotation_stiffness; none of them negative."""

@@ -16,7 +16,7 @@ from wucht.mechanics.energies import Energies
 
 
 class RockingCarrier(Support):
-    """``directions = "r"``: a body on a torsion spring and damper.
+    """A body on a torsion spring and damper.
 
     With rotors that have a couple unbalance it turns about an axis across theirs, 001 (10)-(11); their share of its inertia
     is taken as constant and belongs into ``inertia``. Otherwise it turns about the normal of the rotors' plane, and they act
@@ -25,11 +25,15 @@ class RockingCarrier(Support):
 
     kind = "carrier-r"
 
-    directions: Literal["r"] = "r"
+    directions: Literal["r"] = Field("r", description="directions in which the carrier moves: it turns")
     mass: float = si("kg", "mass (it rests: the carrier only turns)", "m", 0.0, ge=0)
-    inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0)
-    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
-    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
+    inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0, help=(
+        "moment of inertia about the axis of turning, with the share of rotors that have a couple unbalance"
+    ))  # fmt: skip
+    rotation_stiffness: float | None = si(
+        "N m", "rotation stiffness", "c_r", None, ge=0, help="stiffness of the torsion spring"
+    )
+    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0, help="viscous damping of the rotation")
     rotation_frequency: float | None = si(
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
     )

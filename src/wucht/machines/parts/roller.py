@@ -12,15 +12,18 @@ from wucht.mechanics.energies import Energies
 class Roller(Tracked):
     """A ball or roller on a track of radius R: 000 (3)-(12). Its centre runs on the circle R - r.
 
-    Rolling couples it to ``about``: its spin is (R phi_0' - (R - r) phi') / r, so its energy holds both speeds.
+    Rolling couples it to the body that it turns about: its spin is (R phi_0' - (R - r) phi') / r, so its energy holds both
+    speeds.
     """
 
     kind = "roller"
 
-    track_radius: float = si("m", "track radius", "R", gt=0)
-    radius: float = si("m", "radius", "r", gt=0)
+    track_radius: float = si("m", "track radius", "R", gt=0, help="radius of the track on which it rolls")
+    radius: float = si("m", "radius", "r", gt=0, help="radius of the ball or roller")
     shape_factor: float = si("", "shape factor (2/5 ball, 1/2 cylinder, 1 tube)", "mu", 0.4, ge=0, le=1)
-    damping: float = si("N m s", "damping", "beta", 0.0, ge=0)
+    damping: float = si(
+        "N m s", "damping", "beta", 0.0, ge=0, help="viscous damping between the roller and the body that it turns about"
+    )
 
     def check(self) -> None:
         """The roller fits into its track; its diameter is twice its radius."""

@@ -11,20 +11,21 @@ from wucht.mechanics.energies import Energies
 
 
 class Rotor(Body):
-    """An unbalanced rotor, 002 (3.28)-(3.29). Its unbalance is ``mass * eccentricity``, or given directly.
-
-    ``position``: of its axis on a carrier that turns. ``couple_unbalance``: m e a of 001 (10), on a carrier that only turns.
-    """
+    """An unbalanced rotor, 002 (3.28)-(3.29). Its unbalance is ``mass * eccentricity``, or given directly."""
 
     kind = "rotor"
 
-    mass: float = si("kg", "mass", "M", gt=0)
-    eccentricity: float | None = si("m", "eccentricity", "e", None, ge=0)
-    unbalance: float | None = si("kg m", "unbalance", "U", None, ge=0)
-    couple_unbalance: float | None = si("kg m^2", "couple unbalance", "D", None, ge=0)
+    mass: float = si("kg", "mass", "M", gt=0, help="mass of the rotor with its unbalance")
+    eccentricity: float | None = si(
+        "m", "eccentricity", "e", None, ge=0, help="distance of the centre of mass from the axis; or give `unbalance`"
+    )
+    unbalance: float | None = si("kg m", "unbalance", "U", None, ge=0, help="mass times eccentricity, given directly")
+    couple_unbalance: float | None = si(
+        "kg m^2", "couple unbalance", "D", None, ge=0, help="couple unbalance m e a of 001 (10), on a carrier that only turns"
+    )
     inertia: float = si("kg m^2", "moment of inertia about its axis of rotation", "J", gt=0)
-    bearing_damping: float = si("N m s", "bearing damping", "b_L", 0.0, ge=0)
-    position: tuple[float, float] | None = si("m", "position", "a", None)
+    bearing_damping: float = si("N m s", "bearing damping", "b_L", 0.0, ge=0, help="viscous damping of the bearings")
+    position: tuple[float, float] | None = si("m", "position", "a", None, help="position of its axis on a carrier that turns")
 
     def check(self) -> None:
         """One of eccentricity, unbalance and couple_unbalance; the inertia about the axis is at least m e^2."""

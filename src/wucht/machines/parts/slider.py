@@ -13,18 +13,17 @@ from wucht.mechanics.lagrange import Coordinate
 class Slider(Body):
     """A point mass in a radial guide of ``about``, on a spring and a damper: 001 (64)-(65), on any carrier.
 
-    ``angle``: of the guide in the frame of ``about``. ``radius``: where the spring is free of force; the coordinate is the
-    displacement outward from there.
+    Its coordinate is the displacement outward from where the spring is free of force.
     """
 
     kind = "slider"
 
     about: str = Field(description="name of the body with the guide")
-    mass: float = si("kg", "mass", "m", gt=0)
-    angle: float = si("rad", "angle of the guide", "a", 0.0)
-    radius: float = si("m", "radius", "R", ge=0)
-    stiffness: float = si("N/m", "stiffness", "c", gt=0)
-    damping: float = si("N s/m", "damping", "b", 0.0, ge=0)
+    mass: float = si("kg", "mass", "m", gt=0, help="mass of the slider")
+    angle: float = si("rad", "angle of the guide", "a", 0.0, help="angle of the guide in the frame of the body that has it")
+    radius: float = si("m", "radius", "R", ge=0, help="radius at which the spring is free of force")
+    stiffness: float = si("N/m", "stiffness", "c", gt=0, help="stiffness of its spring")
+    damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="viscous damping in the guide")
 
     def turns(self) -> bool:
         """It has a displacement, not an angle."""

@@ -20,8 +20,10 @@ class Support(Part):
     """A carrier: the coordinates of what bears the bodies, and where their axes are."""
 
     gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0, ge=-_STRONGEST, le=_STRONGEST)
-    directions: str = "xy"
-    motion: PrescribedMotion | None = Field(None, description="prescribed motion")
+    directions: str = Field("xy", description="directions in which the carrier moves")
+    motion: PrescribedMotion | None = Field(
+        None, description="prescribed displacement in one direction, a table: `[machine.carrier.motion]`"
+    )
 
     @property
     def path(self) -> str:

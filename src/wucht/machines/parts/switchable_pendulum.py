@@ -20,28 +20,36 @@ class SwitchablePendulum(Body):
     """A rigid frame on the axis of ``about``, with a mass in a radial guide that a preloaded spring holds at the inner stop.
 
     The angle points from the axis to that mass. Its radius is inner_stop + s; s is the second coordinate, and
-    V = preload s + stiffness s^2/2. The frame's own centre of mass lies opposite, by default (``length`` not given) so that the
-    whole is balanced while s = 0, but for ``permanent_unbalance``: small, towards the mass, or away from it where negative.
-    Both stops are compliant (``stop``) with a restitution; they are 50 times as fast as the speed of activation
-    sqrt(preload/(moving_mass inner_stop)), or have ``contact_frequency``.
+    V = preload s + stiffness s^2/2. The frame's own centre of mass lies opposite. Both stops are compliant (``stop``) with a
+    restitution; they are 50 times as fast as the speed of activation sqrt(preload/(moving_mass inner_stop)), or have
+    ``contact_frequency``.
     """
 
     kind = "switchable-pendulum"
 
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass of the frame", "m", gt=0)
-    length: float | None = si("m", "distance of the frame's centre of mass behind the axis", "l", None, ge=0)
+    length: float | None = si("m", "distance of the frame's centre of mass behind the axis", "l", None, ge=0, help=(
+        "distance of the frame's centre of mass behind the axis, by default so that the closed pendulum is balanced, but for "
+        "`permanent_unbalance`"
+    ))  # fmt: skip
     inertia: float | None = si("kg m^2", "moment of inertia of the frame about the axis", "J", None, gt=0)
-    damping: float = si("N m s", "damping", "b", 0.0, ge=0)
-    moving_mass: float = si("kg", "moving mass", "m_s", gt=0)
+    damping: float = si(
+        "N m s", "damping", "b", 0.0, ge=0, help="viscous damping between the frame and the body that it turns about"
+    )
+    moving_mass: float = si("kg", "moving mass", "m_s", gt=0, help="mass in the radial guide")
     inner_stop: float = si("m", "radius of the moving mass at the inner stop", "r_i", gt=0)
     outer_stop: float = si("m", "radius of the moving mass at the outer stop", "r_o", gt=0)
     stiffness: float = si("N/m", "stiffness of the spring", "c", ge=0)
     preload: float = si("N", "force of the spring at the inner stop", "F_0", gt=0)
     restitution: float = si("", "coefficient of restitution at the stops", "e", RESTITUTION, ge=0.01, le=1)
-    permanent_unbalance: float = si("kg m", "permanent unbalance", "U_p", 0.0)
+    permanent_unbalance: float = si("kg m", "permanent unbalance", "U_p", 0.0, help=(
+        "small unbalance while closed, towards the moving mass, or away from it where negative"
+    ))  # fmt: skip
     guide_damping: float = si("N s/m", "damping of the moving mass in its guide", "d", 0.0, ge=0)
-    contact_frequency: float | None = si("rad/s", "frequency of the stops", "omega_c", None, gt=0)
+    contact_frequency: float | None = si("rad/s", "frequency of the stops", "omega_c", None, gt=0, help=(
+        "frequency of the compliant stops, by default 50 times the speed of activation"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """The outer stop is farther out; the frame's inertia is at least that of its unbalance."""

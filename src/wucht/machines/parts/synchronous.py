@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import sympy as sp
+from pydantic import Field
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Drive, si
@@ -13,7 +14,7 @@ from wucht.machines.parts.base import Drive, si
 class Synchronous(Drive):
     """The body turns with the prescribed speed 2 pi f/p: the ideal kinematic characteristic, 002 (2.80).
 
-    The torque that this takes is a result. ``sense`` = -1 turns it backwards.
+    The torque that this takes is a result.
     """
 
     kind = "synchronous"
@@ -21,7 +22,7 @@ class Synchronous(Drive):
     frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
     angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
-    sense: Literal[1, -1] = 1
+    sense: Literal[1, -1] = Field(1, description="sense of rotation; -1 turns the body backwards")
 
     def check(self) -> None:
         """A whole number of pole pairs."""

@@ -11,14 +11,17 @@ TRANSITION = 0.1  # rad/s, as in the load of dry friction
 
 
 class Transmission(Described):
-    """A rigid gear or belt: the motor turns ``ratio`` times as fast as the body. ``inertia`` is what turns with the motor.
+    """A rigid gear or belt: the motor turns ``ratio`` times as fast as the body."""
 
-    ``efficiency``: the part of the power that arrives on the other side, whichever way it flows; without it nothing is lost.
-    """
-
-    ratio: float = si("", "speed of the motor over that of the body", "i", gt=0)
-    inertia: float = si("kg m^2", "moment of inertia on the motor's side", "J_M", 0.0, ge=0)
-    efficiency: float | None = si("", "efficiency", "eta", None, gt=0, le=1)
+    ratio: float = si(
+        "", "speed of the motor over that of the body", "i", gt=0, help="speed of the motor over that of the body"
+    )
+    inertia: float = si("kg m^2", "moment of inertia on the motor's side", "J_M", 0.0, ge=0, help=(
+        "moment of inertia of what turns with the motor"
+    ))  # fmt: skip
+    efficiency: float | None = si("", "efficiency", "eta", None, gt=0, le=1, help=(
+        "part of the power that arrives on the other side, whichever way it flows; without it nothing is lost"
+    ))  # fmt: skip
     transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_t", TRANSITION, gt=0)
 
     def lost(self, path: str, torque: sp.Expr, speed: sp.Expr) -> sp.Expr:

@@ -26,26 +26,28 @@ _ORIENTATIONS = tuple(math.pi * k / 4 for k in range(1, 5))
 
 
 class Activation(Spec):
-    """Run up with switchable pendulums: the peak amplitude over their orientation to each other and over where they open.
-
-    orientations: the angle from each switchable pendulum to the next at the start; at 0 nothing but symmetry keeps equal ones
-    together, and rounding decides how that ends. phases: how many mean phases of them to the rotor, evenly over a turn, each
-    orientation is run with. activation_speeds: at which the ``"switchable"`` pendulums open, by their preload; none: as they
-    are. variants: the machine with its ``"switchable"`` pendulums; with these ``"balanced"``, without their permanent
-    unbalances; with the same ``"rigid"``, their masses at the outer stops; with ``"none"``, their masses on the rotor. until:
-    the time of each run. start: the rest of the initial state. tolerance, engine: of the integration, see ``RunUp``.
-    """
+    """Run up with switchable pendulums: the peak amplitude over their orientation to each other and over where they open."""
 
     kind: ClassVar[str] = "activation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
     solves: ClassVar[str] = FULL
 
-    until: float = si("s", "time", gt=0)
-    orientations: Several = si("rad", "orientation", default=_ORIENTATIONS)
-    phases: Whole = Field(4, ge=1, le=360, description="number of mean phases")
-    activation_speeds: Several = si("rad/s", "activation speed", default=())
-    variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, description="what is run up")
-    start: Start = Field(default_factory=dict)
+    until: float = si("s", "time", gt=0, help="time of each run")
+    orientations: Several = si("rad", "orientation", default=_ORIENTATIONS, help=(
+        "angle from each switchable pendulum to the next at the start; at 0 nothing but symmetry keeps equal ones together, "
+        "and rounding decides how that ends"
+    ))  # fmt: skip
+    phases: Whole = Field(4, ge=1, le=360, description=(
+        "how many mean phases of them to the rotor, evenly over a turn, each orientation is run with"
+    ))  # fmt: skip
+    activation_speeds: Several = si("rad/s", "activation speed", default=(), help=(
+        'speeds at which the `"switchable"` pendulums open, by their preload; none: as they are'
+    ))  # fmt: skip
+    variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, title="what is run up", description=(
+        'what is run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their permanent '
+        'unbalances; with the same `"rigid"`, their masses at the outer stops; with `"none"`, their masses on the rotor'
+    ))  # fmt: skip
+    start: Start = Field(default_factory=dict, description="rest of the initial state")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

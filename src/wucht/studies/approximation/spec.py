@@ -38,13 +38,7 @@ def _paths(given: Any) -> Any:
 
 
 class Approximation(Spec):
-    """Run-ups of both models, at the machine's own values and over the range of a parameter.
-
-    along: a parameter, or several that are multiplied by one factor (of 002, 5.6.2: beta_p and beta_r for b_r); range: of it,
-    or of the factor; values: instead of a range. points: in the range, spaced ``"linear"`` or ``"log"`` (the default over a
-    decade and more). until_phi: the rotor angle up to which deviations count. start, until: of the run-ups, which by default
-    end when the machine has settled, and decide the outcomes. inertia, order: of the averaged equations, as in ``run-up``.
-    """
+    """Run-ups of both models, at the machine's own values and over the range of a parameter."""
 
     kind: ClassVar[str] = "approximation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
@@ -54,15 +48,21 @@ class Approximation(Spec):
     without_inertia: ClassVar[bool] = True
 
     along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(
-        (), description="path of a parameter, or of several"
+        (), title="path of a parameter, or of several",
+        description="path of a parameter, or of several that are multiplied by one factor (of 002, 5.6.2: beta_p and beta_r "
+        "for b_r)",
+    )  # fmt: skip
+    range: Pair | None = Field(None, description="pair [low, high] of the parameter, or of the factor")
+    values: Values = Field((), description="values of the parameter, or of the factor, instead of a range")
+    points: Whole = Field(DEFAULT_POINTS, description="number of points in the range")
+    spacing: Literal["linear", "log"] | None = Field(
+        None, description='spacing of the points, `"linear"` or `"log"` (the default over a decade and more)'
     )
-    range: Pair | None = None
-    values: Values = ()
-    points: Whole = Field(DEFAULT_POINTS, description="number of points")
-    spacing: Literal["linear", "log"] | None = Field(None, description="spacing of the points")
-    until_phi: float = si("rad", "angle", default=UNTIL_PHI, gt=0)
-    start: Start = Field(default_factory=dict)
-    until: float | None = si("s", "time", default=None, gt=0)
+    until_phi: float = si("rad", "angle", default=UNTIL_PHI, gt=0, help="rotor angle up to which deviations count")
+    start: Start = Field(default_factory=dict, description="initial state of the run-ups, which decide the outcomes")
+    until: float | None = si(
+        "s", "time", default=None, gt=0, help="time at which the run-ups end, by default when the machine has settled"
+    )
     inertia: Inertia | None = None
     order: Order = 1
     tolerance: Tolerance = DEFAULT_TOLERANCE

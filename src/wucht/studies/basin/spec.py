@@ -40,22 +40,21 @@ class Basin(EnsembleSpec):
     """What becomes of the machine, over two start states or parameters: the basins of its outcomes, and their shares.
 
     002, section 5.5, figure 5.10.
-
-    axes: {name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in ``start`` (``psi``, ``delta``, a body's
-    name or ``BODY.angle``, ``BODY.speed``, ``carrier.x``) or the path of a parameter. An angle over a whole turn is periodic.
-    start: the rest of the start. model: the ``"full"`` equations or the averaged ones (``"slow"``); inertia, order: of those,
-    as in a run-up. until: how long each run lasts, by default until it has settled. tolerance: of the integration. refine: how
-    often the cells at the borders are halved: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the borders run is
-    then known to a cell of that; a basin that is narrower than a cell of ``axes`` and does not reach another one's border can
-    be missed.
     """
 
     kind: ClassVar[str] = "basin"
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
 
-    axes: Axes
-    refine: common.Whole = Field(0, description="how often cells at the borders are halved")
+    axes: Axes = Field(description=(
+        "{name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in `start` (`psi`, `delta`, a body's name "
+        "or `BODY.angle`, `BODY.speed`, `carrier.x`) or the path of a parameter. An angle over a whole turn is periodic"
+    ))  # fmt: skip
+    refine: common.Whole = Field(0, description=(
+        "how often the cells at the borders are halved: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the "
+        "borders run is then known to a cell of that; a basin that is narrower than a cell of `axes` and does not reach "
+        "another one's border can be missed"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """A map that fits into memory, and the keys of averaged equations only with them."""

@@ -13,46 +13,45 @@ from wucht.studies.spec import Quantity, Spec, TrueOrFalse, Whole
 
 
 class Contact(Described):
-    """What moves with the follower and presses it on the cam; of a lever about its pivot, of a rod along it.
+    """What moves with the follower and presses it on the cam; of a lever about its pivot, of a rod along it."""
 
-    inertia (kg m^2) of a lever, or mass (kg) of a rod. output_inertia (kg m^2) or output_mass (kg): of what turns or slides
-    behind a linkage. preload (N m or N): with which a spring presses the roller on the cam where the law is zero; of two cams
-    with which they squeeze the lever. stiffness (N m/rad or N/m): of this spring. damping (N m s/rad or N s/m). constant (N m
-    or N): against the sense in which the law rises, as a weight.
-    share: of two cams, how much of the driving torque the cam takes up as more, the rest the counter cam as less.
-    width: of the contact; with it the Hertzian pressure is found. modulus, poisson: of the cam; roller_modulus, roller_poisson:
-    of the roller or face, where they differ.
-    """
-
-    inertia: float | None = si("kg m^2", "moment of inertia of the follower", default=None, ge=0)
-    mass: float | None = si("kg", "mass of the follower", default=None, ge=0)
-    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0)
-    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0)
-    preload: Quantity = Field(0.0, description="preload")
-    stiffness: Quantity = Field(0.0, description="stiffness of the spring")
-    damping: Quantity = Field(0.0, description="damping")
-    constant: Quantity = Field(0.0, description="constant load")
-    share: float = si("", "share of the cam in the driving torque", default=0.5, ge=0, le=1)
-    width: float | None = si("m", "width of the contact", default=None, gt=0)
+    inertia: float | None = si("kg m^2", "moment of inertia of the follower", default=None, ge=0, help=(
+        "moment of inertia of a lever about its pivot, in kg m^2"
+    ))  # fmt: skip
+    mass: float | None = si("kg", "mass of the follower", default=None, ge=0, help="mass of a rod, in kg")
+    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
+        "moment of inertia of what turns behind a linkage, in kg m^2"
+    ))  # fmt: skip
+    output_mass: float | None = si(
+        "kg", "mass of the output", default=None, ge=0, help="mass of what slides behind a linkage, in kg"
+    )
+    preload: Quantity = Field(0.0, title="preload", description=(
+        "torque or force (N m or N) with which a spring presses the roller on the cam where the law is zero; of two cams with "
+        "which they squeeze the lever"
+    ))  # fmt: skip
+    stiffness: Quantity = Field(0.0, title="stiffness of the spring", description="stiffness of this spring, in N m/rad or N/m")
+    damping: Quantity = Field(0.0, title="damping", description="viscous damping of the follower, in N m s/rad or N s/m")
+    constant: Quantity = Field(
+        0.0, title="constant load", description="constant load (N m or N) against the sense in which the law rises, as a weight"
+    )
+    share: float = si("", "share of the cam in the driving torque", default=0.5, ge=0, le=1, help=(
+        "of two cams, how much of the driving torque the cam takes up as more, the rest the counter cam as less"
+    ))  # fmt: skip
+    width: float | None = si(
+        "m", "width of the contact", default=None, gt=0, help="width of the contact; with it the Hertzian pressure is computed"
+    )
     modulus: float = si("Pa", "Young's modulus of the cam", default=210e9, gt=0)
     poisson: float = si("", "Poisson's ratio of the cam", default=0.3, gt=-1, le=0.5)
-    roller_modulus: float | None = si("Pa", "Young's modulus of the roller", default=None, gt=0)
-    roller_poisson: float | None = si("", "Poisson's ratio of the roller", default=None, gt=-1, le=0.5)
+    roller_modulus: float | None = si("Pa", "Young's modulus of the roller", default=None, gt=0, help=(
+        "Young's modulus of the roller or face, where it differs from the cam's"
+    ))  # fmt: skip
+    roller_poisson: float | None = si("", "Poisson's ratio of the roller", default=None, gt=-1, le=0.5, help=(
+        "Poisson's ratio of the roller or face, where it differs from the cam's"
+    ))  # fmt: skip
 
 
 class CamContour(Spec):
-    """The contour of a cam that gives its follower the motion law: to be judged, and to be milled.
-
-    points: cam angles, evenly spaced over a turn, at which it is given. chord_tolerance: by how much the chords between the
-    points to mill leave the contour at most; it says how many points there are. spacing: the longest chord: where the
-    contour is nearly straight wide gaps beside narrow ones would spoil a spline through the points. decimals: of their
-    coordinates in mm. wheel_radius: of the grinding wheel or cutter, which must reach the hollow parts.
-    speed: of the camshaft, for the contact; without it the speed of the table [speed]. contact: what presses, without it
-    nothing is said about forces. permitted: what the cam is judged by. smallest: which is made small when the smallest cam is
-    sought, the base circle ("base") or the largest radius ("blank"). allow_undercut: show a contour that the roller cuts away
-    instead of refusing it. corrected: the cam that makes the law over time, on a shaft that turns as the table
-    [speed] says, or without one as is predicted from the table [shaft].
-    """
+    """The contour of a cam that gives its follower the motion law: to be judged, and to be milled."""
 
     kind: ClassVar[str] = "cam-contour"
     solves: ClassVar[str] = "rigid parts; forces at the speed of study.speed, or of the table [speed]"
@@ -60,17 +59,37 @@ class CamContour(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "curvature"), ("cam_angle", "pressure_angle"))
     headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle", "base_radius", "largest_radius")
 
-    points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")
-    chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0)
-    spacing: float = si("m", "longest distance of points to mill", default=1e-3, gt=0)
-    decimals: Whole = Field(5, ge=0, le=12, description="number of decimals in mm")
-    wheel_radius: float | None = si("m", "radius of the grinding wheel", default=None, gt=0)
-    speed: float | None = si("rad/s", "speed of the camshaft", default=None, gt=0)
-    contact: Contact | None = None
-    permitted: Permitted | None = None
-    smallest: Size = "base"
-    allow_undercut: TrueOrFalse = False
-    corrected: TrueOrFalse = False
+    points: Whole = Field(
+        720, ge=16, le=1_000_000, description="number of cam angles, evenly spaced over a turn, at which the contour is given"
+    )
+    chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0, help=(
+        "by how much the chords between the points to mill leave the contour at most; it says how many points there are"
+    ))  # fmt: skip
+    spacing: float = si("m", "longest distance of points to mill", default=1e-3, gt=0, help=(
+        "longest chord: where the contour is nearly straight wide gaps beside narrow ones would spoil a spline through the "
+        "points"
+    ))  # fmt: skip
+    decimals: Whole = Field(5, ge=0, le=12, description="number of decimals of the coordinates in mm")
+    wheel_radius: float | None = si("m", "radius of the grinding wheel", default=None, gt=0, help=(
+        "radius of the grinding wheel or cutter, which must reach the hollow parts"
+    ))  # fmt: skip
+    speed: float | None = si("rad/s", "speed of the camshaft", default=None, gt=0, help=(
+        "speed of the camshaft, for the contact; without it the speed of the table [speed]"
+    ))  # fmt: skip
+    contact: Contact | None = Field(
+        None, description="what presses, a table `[study.contact]`; without it nothing is said about forces"
+    )
+    permitted: Permitted | None = Field(None, description="what the cam is judged by, a table `[study.permitted]`")
+    smallest: Size = Field("base", description=(
+        'what is made small when the smallest cam is sought, the base circle ("base") or the largest radius ("blank")'
+    ))  # fmt: skip
+    allow_undercut: TrueOrFalse = Field(
+        False, description="whether a contour that the roller cuts away is shown instead of refused"
+    )
+    corrected: TrueOrFalse = Field(False, description=(
+        "whether the cam makes the law over time, on a shaft that turns as the table [speed] says, or without one as is "
+        "predicted from the table [shaft]"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """See ``Spec``."""

@@ -10,16 +10,14 @@ from wucht.studies.spec import Spec, Whole
 
 
 class CamLaw(Spec):
-    """The motion that the output of a cam drive is to make, over the cam angle.
-
-    points: cam angles, evenly spaced over a turn, at which it is given. orders: how many harmonics are shown of a law that has
-    no end of them.
-    """
+    """The motion that the output of a cam drive is to make, over the cam angle."""
 
     kind: ClassVar[str] = "cam-law"
     solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))
 
-    points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")
-    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown")
+    points: Whole = Field(
+        720, ge=16, le=1_000_000, description="number of cam angles, evenly spaced over a turn, at which the law is given"
+    )
+    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown of a law that has no end of them")

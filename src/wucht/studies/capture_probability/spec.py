@@ -63,37 +63,44 @@ Between = Annotated[float, Field(gt=0, lt=1)]
 
 
 class CaptureProbability(EnsembleSpec):
-    """How likely the machine gets through its resonance, over a parameter, where starts and parameters are random.
-
-    along, range, points: the parameter, its ends, and at how many values, evenly spaced, the probability is found. random:
-    {name = {distribution}}, independent of each other: start states as in ``start`` (``psi``, ``delta``, a body's name or
-    ``BODY.angle``, ``BODY.speed``, ``carrier.x``) or paths of parameters. Distributions: ``uniform = [low, high]``, ``normal =
-    [mean, deviation]``, ``log-normal = [median, factor]``, ``triangular = [low, mode, high]``; ``between = [low, high]`` cuts
-    a normal or log-normal one off. samples: runs at each value, a multiple of 16; best is a power of two, which Sobol' points
-    need to fill evenly. outcome: what is counted, by default that the machine gets through: ``compensated`` or ``passed``.
-    probability: the one that is wanted; sought is the smallest value of ``along`` from which on it is reached with confidence.
-    confidence: of bands. seed: of the random numbers, which are the same at all values. sensitivity: which random quantity
-    matters, by Sobol' indices, ``at`` a value of ``along``; sensitivity_samples: as many runs for each of them, and twice as
-    many more. start: the rest of the start. model, inertia, order, until, tolerance: as in ``basin``.
-    """
+    """How likely the machine gets through its resonance, over a parameter, where starts and parameters are random."""
 
     kind: ClassVar[str] = "capture-probability"
     from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "at")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)
 
-    along: common.Path
+    along: common.Path = Field(description="path of the parameter over which the probability is computed")
     range: common.Pair
-    random: Random
-    points: common.Whole = Field(11, description="number of values of the parameter")
-    samples: common.Whole = Field(256, description="number of runs at each value")
-    outcome: Outcomes = tuple(map(str, THROUGH))
-    probability: Between | None = Field(None, description="probability that is wanted")
+    random: Random = Field(
+        description="{name = {distribution}}, independent of each other: start states as in `start` (`psi`, `delta`, "
+        "a body's name or `BODY.angle`, `BODY.speed`, `carrier.x`) or paths of parameters. Distributions: "
+        "`uniform = [low, high]`, `normal = [mean, deviation]`, `log-normal = [median, factor]`, "
+        "`triangular = [low, mode, high]`; `between = [low, high]` cuts a normal or log-normal one off"
+    )
+    points: common.Whole = Field(
+        11, description="number of values of the parameter, evenly spaced, at which the probability is computed"
+    )
+    samples: common.Whole = Field(256, description=(
+        "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
+    ))  # fmt: skip
+    outcome: Outcomes = Field(tuple(map(str, THROUGH)), description=(
+        "outcomes that are counted, by default that the machine gets through: `compensated` or `passed`"
+    ))  # fmt: skip
+    probability: Between | None = Field(None, title="probability that is wanted", description=(
+        "probability that is wanted; sought is the smallest value of `along` from which on it is reached with confidence"
+    ))  # fmt: skip
     confidence: Between = Field(0.95, description="confidence of the bands")
-    seed: common.Whole = Field(0, description="seed of the random numbers")
-    sensitivity: common.TrueOrFalse = False
-    at: common.Quantity | None = Field(None, description="value of the parameter for the sensitivity")
-    sensitivity_samples: common.Whole | None = Field(None, description="number of runs for each index")
+    seed: common.Whole = Field(0, description="seed of the random numbers, which are the same at all values")
+    sensitivity: common.TrueOrFalse = Field(
+        False, description="whether it is computed which random quantity matters, by Sobol' indices, `at` a value of `along`"
+    )
+    at: common.Quantity | None = Field(None, title="value of the parameter for the sensitivity", description=(
+        "value of the parameter `along` for the sensitivity"
+    ))  # fmt: skip
+    sensitivity_samples: common.Whole | None = Field(
+        None, description="number of runs for the index of each random quantity, and twice as many more"
+    )
 
     @property
     def base(self) -> int:

@@ -12,29 +12,30 @@ from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, BalancingBodies, Engine,
 
 
 class CoastDown(Spec):
-    """Let the machine run without its drives; loads, bearings and dampers stay.
-
-    until: a time; None: until it has stopped, swings, or turns at a hundredth of its speed. start: the initial state; rotors
-    for which it gives no speed start with the speed that their drive reaches, and the bodies about them turn along. bodies:
-    balancing bodies start ``"steady"``, in a stable steady configuration of that speed (one that compensates before others);
-    or ``"held"``, at the phases of ``start``, by default at 0. By default steady where ``start`` names none of them and these
-    phases are known, else held, with a warning where nobody asked for that. vibration:
-    with which the carrier starts: ``"steady"``, as it vibrates while all bodies turn with their speeds at the start, in the
-    phases of the start; or ``"none"``, at rest, so that what it does at first is a transient. Where ``start`` says how the
-    carrier moves, it starts like that. tolerance: of the integration. engine: see ``RunUp``.
-    """
+    """Let the machine run without its drives; loads, bearings and dampers stay."""
 
     kind: ClassVar[str] = "coast-down"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
     headline: ClassVar[tuple[str, ...]] = ("start_speed", "half_time", "reversal_time", "end_time", "peak_amplitude")
     solves: ClassVar[str] = FULL
 
-    until: float | None = si("s", "time", default=None, gt=0)
-    start: Start = Field(default_factory=dict)
-    bodies: BalancingBodies = None
-    vibration: Literal["steady", "none"] | None = Field(
-        None, description="of the carrier at the start: 'steady', that of the speed and phases there (default), or 'none'"
-    )
+    until: float | None = si("s", "time", default=None, gt=0, help=(
+        "time at which the run ends; none: until it has stopped, swings, or turns at a hundredth of its speed"
+    ))  # fmt: skip
+    start: Start = Field(default_factory=dict, description=(
+        "initial state; rotors for which it gives no speed start with the speed that their drive reaches, and the bodies about "
+        "them turn along"
+    ))  # fmt: skip
+    bodies: BalancingBodies = Field(None, description=(
+        'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
+        'others); or `"held"`, at the phases of `start`, by default at 0. By default steady where `start` names none of them '
+        "and these phases are known, else held, with a warning where this key is not given"
+    ))  # fmt: skip
+    vibration: Literal["steady", "none"] | None = Field(None, description=(
+        'vibration of the carrier at the start: `"steady"`, as it vibrates while all bodies turn with their speeds at the '
+        'start, in the phases of the start; or `"none"`, at rest, so that what it does at first is a transient. Where `start` '
+        "says how the carrier moves, it starts like that"
+    ))  # fmt: skip
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

@@ -65,23 +65,24 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 class Comparison(common.Spec):
-    """Set machines or variants of one side by side: each one's study, in one result.
-
-    of: study files, catalogue names, and folders of results that are there already. set: keys that are set in all of them, by
-    path; those of their question begin with ``study.``. vary: values of one or two keys, of which every combination is a
-    variant of each file.
-    """
+    """Set machines or variants of one side by side: each one's study, in one result."""
 
     kind: ClassVar[str] = "comparison"
     subject: ClassVar[str] = "wucht.studies.comparison.variants:VARIANTS"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
-    of: Annotated[tuple[str, ...], BeforeValidator(_sources), Field(description="what is compared")]
+    of: Annotated[tuple[str, ...], BeforeValidator(_sources)] = Field(
+        title="what is compared", description="study files, catalogue names, and folders of results that are there already"
+    )
     set: Annotated[dict[str, Any], BeforeValidator(_table)] = Field(
-        default_factory=dict, description="what is set in all of them"
+        default_factory=dict,
+        title="what is set in all of them",
+        description="keys that are set in all of them, by path; those of their question begin with `study.`",
     )
     vary: Annotated[dict[str, tuple[Any, ...]], BeforeValidator(_lists)] = Field(
-        default_factory=dict, description="values of keys that are varied"
+        default_factory=dict,
+        title="values of keys that are varied",
+        description="values of one or two keys, of which every combination is a variant of each file",
     )
 
     def check(self) -> None:

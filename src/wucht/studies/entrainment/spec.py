@@ -15,27 +15,29 @@ _FEWEST, _MOST = 5, 2000
 
 
 class Entrainment(Spec):
-    """In which band of a parameter rotors are entrained by a vibration or by each other, and with which phase.
-
-    along: a parameter, or ``"detuning"``, the no-load speed of the second rotor's motor less that of the first, each counted in
-    its sense of rotation, at the same mean: positive where the second would be faster; None: see ``swept_parameter``. range:
-    of it; None: the band of existence and a margin. points: runs from the start, evenly over the range. resolution: of the
-    edges, in the parameter's unit. start: see ``initial_state``. until: how long a run lasts at least; None: as the averaged
-    equations ask.
-    """
+    """In which band of a parameter rotors are entrained by a vibration or by each other, and with which phase."""
 
     kind: ClassVar[str] = "entrainment"
     solves: ClassVar[str] = f"{FULL} for the runs, {AVERAGED} for the band of existence"
     from_start: ClassVar[bool] = True
 
     along: Path | None = Field(
-        None, description="path of a parameter, or 'detuning': no-load speed of the second motor less the first"
+        None,
+        title="path of a parameter, or 'detuning': no-load speed of the second motor less the first",
+        description='path of a parameter, or `"detuning"`, the no-load speed of the second rotor\'s motor less that of '
+        "the first, each counted in its sense of rotation, at the same mean: positive where the second "
+        "would be faster; by default the no-load speed of the main rotor's drive; of two exciters "
+        '`"detuning"`; of a rotor without drive the amplitude of the vibration',
     )
-    range: Pair | None = None
-    points: Whole = DEFAULT_POINTS
-    resolution: Quantity | None = None
+    range: Pair | None = Field(
+        None, description="pair [low, high] of the parameter; by default the band of existence and a margin"
+    )
+    points: Whole = Field(DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
+    resolution: Quantity | None = Field(None, description="resolution of the edges, in the parameter's unit")
     start: Start = Field(default_factory=dict)
-    until: float | None = si("s", "time", default=None, gt=0)
+    until: float | None = si(
+        "s", "time", default=None, gt=0, help="how long a run lasts at least; by default as the averaged equations ask"
+    )
 
     def check(self) -> None:
         """The number of points."""

@@ -26,21 +26,24 @@ _LIMITS = {
 
 
 class Target(Described):
-    """A spectrum that is wanted: amplitude over cumulative cycles.
+    """A spectrum that is wanted: amplitude over cumulative cycles."""
 
-    shape: ``constant``, ``normal`` or ``straight-line``, or another exponent of H = H_0^(1 - (S/S_max)^exponent). largest:
-    amplitude S_max. cycles: H_0, in all. ratio: of the lowest amplitude to the largest. table: pairs of an amplitude and of how
-    many cycles have at least this one; file: with these two columns. stepped: no cycle lies between two amplitudes of a table.
-    """
-
-    shape: Shape | None = Field(None, description="shape of the spectrum")
-    exponent: float | None = si("", "exponent of the shape", default=None, gt=0)
-    largest: Quantity | None = Field(None, description="largest amplitude")
-    cycles: float | None = si("cycles", "number of cycles", default=None, gt=1)
+    shape: Shape | None = Field(
+        None, title="shape of the spectrum", description="shape of the spectrum: `constant`, `normal` or `straight-line`"
+    )
+    exponent: float | None = si(
+        "", "exponent of the shape", default=None, gt=0, help="exponent of another shape, H = H_0^(1 - (S/S_max)^exponent)"
+    )
+    largest: Quantity | None = Field(None, title="largest amplitude", description="largest amplitude S_max")
+    cycles: float | None = si("cycles", "number of cycles", default=None, gt=1, help="number of cycles H_0, in all")
     ratio: float | None = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
-    table: tuple[tuple[Quantity, Quantity], ...] | None = Field(None, description="amplitudes and cumulative cycles")
-    file: str | None = Field(None, min_length=1, description="file of amplitudes and cumulative cycles")
-    stepped: common.TrueOrFalse | None = Field(None, description="whether no cycle lies between two amplitudes")
+    table: tuple[tuple[Quantity, Quantity], ...] | None = Field(None, title="amplitudes and cumulative cycles", description=(
+        "pairs of an amplitude and of how many cycles have at least this one"
+    ))  # fmt: skip
+    file: str | None = Field(None, min_length=1, title="file of amplitudes and cumulative cycles", description=(
+        "file with these two columns, amplitudes and cumulative cycles"
+    ))  # fmt: skip
+    stepped: common.TrueOrFalse | None = Field(None, description="whether no cycle lies between two amplitudes of a table")
 
     def check(self) -> None:
         """One form, with the keys that it needs."""
@@ -77,17 +80,6 @@ class ExciterDesign(common.Spec):
     """Motor, unbalances, damping, stiffness with which the beating of an exciter at its resonance gives a wanted load spectrum.
 
     002, section 6.2: "the choice of the exciter's parameters is a further, non-trivial task".
-
-    target: the spectrum. vary: {PATH = [low, high]} as in ``optimise-balancer``; a wide range (tenfold) is searched by its
-    logarithm. signal, direction: what is counted, as in ``load-spectrum``. metric: ``"amplitude"``, the mean difference of the
-    amplitudes at equal shares of the cycles; ``"cumulative"``, the largest difference of those shares at equal amplitudes (that
-    of ``load-spectrum``); ``"damage"``, the same of the damage that larger amplitudes do, where N goes with S^-slope. start:
-    from which the exciter runs, by default at rest. reach: random points of the ranges at which the modulated motion is looked
-    at; the best of them are the first generation. evaluations: candidates of the search that follows; population: of a
-    generation; polish: evaluations of a local search from its best. candidates: how many different ones are run with the full
-    equations, over ``beats`` beats; corrections: how often the design is corrected by what the full equations give otherwise
-    than the averaged ones. spread: of all that is varied, half the width relative to its value, for ``samples`` exciters within
-    tolerances. inertia: of the averaged equations.
     """
 
     kind: ClassVar[str] = "exciter-design"
@@ -98,24 +90,46 @@ class ExciterDesign(common.Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
     headline: ClassVar[tuple[str, ...]] = ("distance",)
 
-    target: Annotated[Target, BeforeValidator(_target)] = Field(description="spectrum that is wanted")
-    vary: Vary
-    signal: Literal["displacement", "bearing-force", "acceleration"] = Field("displacement", description="signal")
-    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal")
-    metric: Literal["amplitude", "cumulative", "damage"] = Field("amplitude", description="distance between spectra")
-    start: common.Start = Field(default_factory=dict)
-    reach: common.Whole = Field(128, description="random points of the ranges")
-    evaluations: common.Whole = Field(320, description="candidates of the search")
+    target: Annotated[Target, BeforeValidator(_target)] = Field(
+        title="spectrum that is wanted", description="spectrum that is wanted, a table `[study.target]`"
+    )
+    vary: Vary = Field(
+        description="{PATH = [low, high]} as in `optimise-balancer`; a wide range (tenfold) is searched by its logarithm"
+    )
+    signal: Literal["displacement", "bearing-force", "acceleration"] = Field(
+        "displacement", description="signal that is counted, as in `load-spectrum`"
+    )
+    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal, as in `load-spectrum`")
+    metric: Literal["amplitude", "cumulative", "damage"] = Field("amplitude", description=(
+        'distance between spectra: `"amplitude"`, the mean difference of the amplitudes at equal shares of the cycles; '
+        '`"cumulative"`, the largest difference of those shares at equal amplitudes (that of `load-spectrum`); `"damage"`, the '
+        "same of the damage that larger amplitudes do, where N goes with S^-slope"
+    ))  # fmt: skip
+    start: common.Start = Field(
+        default_factory=dict, description="initial state from which the exciter runs, by default at rest"
+    )
+    reach: common.Whole = Field(128, description=(
+        "random points of the ranges at which the modulated motion is computed; the best of them are the first generation"
+    ))  # fmt: skip
+    evaluations: common.Whole = Field(320, description="candidates of the search that follows")
     population: common.Whole = Field(16, description="candidates of a generation")
-    polish: common.Whole = Field(200, description="evaluations of a local search")
-    candidates: common.Whole = Field(3, description="candidates that are run with the full equations")
+    polish: common.Whole = Field(200, description="evaluations of a local search from the best candidate")
+    candidates: common.Whole = Field(
+        3, description="number of different candidates that are run with the full equations, over `beats` beats"
+    )
     beats: common.Whole = Field(40, description="beats that are counted of the full equations")
-    corrections: common.Whole = Field(2, description="corrections by the full equations")
-    spread: float = si("", "spread of the parameters", default=0.02, ge=0, lt=1)
-    samples: common.Whole = Field(64, description="exciters within tolerances")
-    slope: float = si("", "slope of the Woehler line", default=5.0, gt=0)
-    seed: common.Whole = Field(1, description="of the random points and of the search")
-    inertia: common.Inertia = True
+    corrections: common.Whole = Field(
+        2, description="how often the design is corrected by what the full equations give otherwise than the averaged ones"
+    )
+    spread: float = si("", "spread of the parameters", default=0.02, ge=0, lt=1, help=(
+        "spread of all that is varied, half the width relative to its value, for `samples` exciters within tolerances"
+    ))  # fmt: skip
+    samples: common.Whole = Field(64, description="number of exciters within tolerances, see `spread`")
+    slope: float = si(
+        "", "slope of the Woehler line", default=5.0, gt=0, help='slope of the Woehler line of the metric `"damage"`'
+    )
+    seed: common.Whole = Field(1, description="seed of the random points and of the search")
+    inertia: common.Inertia = Field(True, description="whether the averaged equations keep the bodies' inertia")
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
 
     def check(self) -> None:

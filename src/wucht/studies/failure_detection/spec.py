@@ -19,36 +19,40 @@ T = TypeVar("T", bound=Described)
 
 
 class Failure(Described):
-    """The stiffness falls with the damage of a load.
+    """The stiffness falls with the damage of a load."""
 
-    parameter: what falls, the specimen's stiffness. remaining: the share of it that is left in the end. law: how it falls with
-    Miner's sum D, ``"drop"``: nothing until D = 1, then at once; ``"linear"``: by the share D of what is lost in all, until
-    D = 1. signal, direction: of the load. woehler: the specimen's Woehler line. interval: after which damage and stiffness are
-    brought up to date; None: that of the sensor.
-    """
-
-    parameter: Path = STIFFNESS
-    remaining: float = si("", "share of the stiffness that is left", ge=0, lt=1)
-    law: Literal["drop", "linear"] = Field("drop", description="how the stiffness falls with the damage")
+    parameter: Path = Field(STIFFNESS, description="path of the parameter that falls, the specimen's stiffness")
+    remaining: float = si(
+        "", "share of the stiffness that is left", ge=0, lt=1, help="share of the stiffness that is left in the end"
+    )
+    law: Literal["drop", "linear"] = Field("drop", description=(
+        "how the stiffness falls with Miner's sum D, `\"drop\"`: nothing until D = 1, then at once; `\"linear\"`: by the share "
+        "D of what is lost in all, until D = 1"
+    ))  # fmt: skip
     signal: MachineSignalName = Field("displacement", description="load of the specimen")
     direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the load")
-    woehler: Annotated[Woehler, woehler_at("study.failure.woehler")] = Field(description="Woehler line")
-    interval: float | None = si("s", "time between two looks at the damage", default=None, gt=0)
+    woehler: Annotated[Woehler, woehler_at("study.failure.woehler")] = Field(
+        title="Woehler line", description="Woehler line of the specimen, a table"
+    )
+    interval: float | None = si("s", "time between two looks at the damage", default=None, gt=0, help=(
+        "time after which damage and stiffness are brought up to date; by default that of the sensor"
+    ))  # fmt: skip
 
 
 class Sensor(Described):
-    """A slow counter of turns, and the chart that watches it.
+    """A slow counter of turns, and the chart that watches it."""
 
-    interval: over which each reading is the mean speed of the main rotor. noise: standard deviation of a reading.
-    false_alarm_every: mean time between two false alarms. change: the change of speed that is to be seen soonest; None: the
-    standard deviation of the readings, beating included. seed: of the noise in the readings that are shown.
-    """
-
-    interval: float = si("s", "time between two readings", gt=0)
+    interval: float = si("s", "time between two readings", gt=0, help=(
+        "time between two readings, over which each is the mean speed of the main rotor"
+    ))  # fmt: skip
     noise: float = si("rad/s", "standard deviation of a reading", gt=0)
     false_alarm_every: float = si("s", "mean time between two false alarms", gt=0)
-    change: float | None = si("rad/s", "change of speed that is to be seen soonest", default=None, gt=0)
-    seed: Whole = Field(0, ge=0, description="seed of the noise that is shown")
+    change: float | None = si("rad/s", "change of speed that is to be seen soonest", default=None, gt=0, help=(
+        "change of speed that is to be noticed soonest; by default the standard deviation of the readings, beating included"
+    ))  # fmt: skip
+    seed: Whole = Field(
+        0, ge=0, title="seed of the noise that is shown", description="seed of the noise in the readings that are shown"
+    )
 
 
 def _table_of(cls: type[T], where: str, example: str) -> BeforeValidator:
@@ -67,14 +71,9 @@ _SENSOR = _table_of(Sensor, "study.sensor", "sensor = { interval = TIME, noise =
 
 
 class FailureDetection(Spec):
-    """Let the specimen fail, and see how the exciter's speed tells it.
+    """Let the specimen fail, and see how the exciter's speed shows it.
 
-    The stiffness falls by a schedule of the machine, or with the damage that its load does (``failure``). until: end of the
-    run. start: the initial state, see ``initial_state``. after: from when on the speed before the failure is taken; None: the
-    second half of the time before it. learning: how long that lasts; None: until the stiffness begins to fall. sensor: of the
-    speed. along, range, points: a parameter over which the signal at the failure (change of speed over the standard deviation
-    of the readings) is looked for, and its largest value; second, second_range, second_points: another one. tolerance, engine:
-    of the integration, see ``RunUp``.
+    The stiffness falls by a schedule of the machine, or with the damage that its load does (``failure``).
     """
 
     kind: ClassVar[str] = "failure-detection"
@@ -82,18 +81,29 @@ class FailureDetection(Spec):
     solves: ClassVar[str] = FULL
     from_start: ClassVar[bool] = True
 
-    until: float = si("s", "time", gt=0)
+    until: float = si("s", "time", gt=0, help="time at which the run ends")
     start: Start = Field(default_factory=dict)
-    failure: Annotated[Failure | None, _FAILURE] = Field(None, description="failure by damage")
-    sensor: Annotated[Sensor, _SENSOR] = Field(description="sensor of the speed")
-    after: float | None = si("s", "time from which on the speed is taken", default=None, ge=0)
-    learning: float | None = si("s", "time over which the speed before the failure is taken", default=None, gt=0)
-    along: Path | None = None
-    range: Pair | None = None
-    points: Whole = Field(21, ge=2, le=MOST_POINTS, description="values of the parameter")
-    second: Path | None = None
-    second_range: Pair | None = None
-    second_points: Whole = Field(5, ge=2, le=MOST_POINTS, description="values of the second parameter")
+    failure: Annotated[Failure | None, _FAILURE] = Field(
+        None, description="failure by the damage of a load, a table `[study.failure]`; without it by a schedule of the machine"
+    )
+    sensor: Annotated[Sensor, _SENSOR] = Field(
+        title="sensor of the speed", description="sensor of the speed, a table `[study.sensor]`"
+    )
+    after: float | None = si("s", "time from which on the speed is taken", default=None, ge=0, help=(
+        "time from which on the speed before the failure is taken; by default the second half of the time before it"
+    ))  # fmt: skip
+    learning: float | None = si("s", "time over which the speed before the failure is taken", default=None, gt=0, help=(
+        "how long the speed before the failure is taken; by default until the stiffness begins to fall"
+    ))  # fmt: skip
+    along: Path | None = Field(None, description=(
+        "path of a parameter over which the signal at the failure (change of speed over the standard deviation of the "
+        "readings) and its largest value are sought"
+    ))  # fmt: skip
+    range: Pair | None = Field(None, description="pair [low, high] of the parameter `along`")
+    points: Whole = Field(21, ge=2, le=MOST_POINTS, description="number of values of the parameter `along`")
+    second: Path | None = Field(None, description="path of another parameter, beside `along`")
+    second_range: Pair | None = Field(None, description="pair [low, high] of the second parameter")
+    second_points: Whole = Field(5, ge=2, le=MOST_POINTS, description="number of values of the second parameter")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 

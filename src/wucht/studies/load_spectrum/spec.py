@@ -21,15 +21,15 @@ _SIGNALS = (
 
 
 class Record(Described):
-    """A record of a load.
-
-    file, column: of it; column may be left out where there is only one. unit: of the column's numbers, instead of the one that
-    the file states. scale: a factor for them.
-    """
+    """A record of a load."""
 
     file: str = Field(min_length=1, description="file of the record")
-    column: str | None = Field(None, min_length=1, description="column of the record")
-    unit: str | None = Field(None, min_length=1, description="unit of the column's numbers")
+    column: str | None = Field(None, min_length=1, title="column of the record", description=(
+        "column of the record, which may be left out where there is only one"
+    ))  # fmt: skip
+    unit: str | None = Field(None, min_length=1, title="unit of the column's numbers", description=(
+        "unit of the column's numbers, instead of the one that the file states"
+    ))  # fmt: skip
     scale: float | None = si("", "factor for the column's numbers", default=None)
 
 
@@ -42,17 +42,7 @@ def _signal(given: Any) -> Any:
 
 
 class LoadSpectrum(SingleRun):
-    """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage.
-
-    signal: ``"displacement"`` of the carrier, ``"spring-force"``, ``"bearing-force"`` (of the bodies on it) or
-    ``"acceleration"`` in a ``direction`` (by default the first that the machine has), or a record, with its file and column.
-    after: the time from which on is counted, so that the run-up itself can be left out. counting: ``"rainflow"``,
-    ``"range-pair"``, ``"level-crossing"`` or ``"peaks"`` (ASTM E1049). residue: what becomes of ranges that close no cycle:
-    ``"half-cycles"``, ``"repeat"`` (the history comes again and again) or ``"drop"``. reference: of level crossings and
-    peaks; without one all rising crossings and all peaks count. class_width: of the classes of range and level; by default
-    each range stands for itself, as far as they are few. woehler: a Woehler line, for the damage. until, turns, settled,
-    start, model, inertia, order, tolerance, speed_limit, engine: of the run-up, see ``RunUp``.
-    """
+    """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage."""
 
     kind: ClassVar[str] = "load-spectrum"
     subject: ClassVar[str] = "wucht.studies.load_spectrum.machine_or_records:MACHINE_OR_RECORDS"
@@ -60,14 +50,34 @@ class LoadSpectrum(SingleRun):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
     headline: ClassVar[tuple[str, ...]] = ("cycles", "damage")
 
-    signal: Annotated[MachineSignalName | Record, BeforeValidator(_signal)] = Field("displacement", description="signal")
-    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal")
-    after: float | None = si("s", "time from which on is counted", default=None, ge=0)
-    counting: Literal["rainflow", "range-pair", "level-crossing", "peaks"] = Field("rainflow", description="counting method")
-    residue: Residue = Field("half-cycles", description="what becomes of ranges that close no cycle")
-    reference: Quantity | None = Field(None, description="reference of level crossings and peaks")
-    class_width: Quantity | None = Field(None, description="width of the classes")
-    woehler: Annotated[Woehler | None, woehler_at("study.woehler")] = Field(None, description="Woehler line")
+    signal: Annotated[MachineSignalName | Record, BeforeValidator(_signal)] = Field(
+        "displacement",
+        title="signal",
+        description='`"displacement"` of the carrier, `"spring-force"`, `"bearing-force"` (of the bodies on it) or '
+        '`"acceleration"` in a `direction`, or a record, with its file and column',
+    )
+    direction: Literal["x", "y", "r"] | None = Field(
+        None, description="direction of the signal, by default the first that the machine has"
+    )
+    after: float | None = si("s", "time from which on is counted", default=None, ge=0, help=(
+        "time from which on is counted, so that the run-up itself can be left out"
+    ))  # fmt: skip
+    counting: Literal["rainflow", "range-pair", "level-crossing", "peaks"] = Field(
+        "rainflow", description='counting method: `"rainflow"`, `"range-pair"`, `"level-crossing"` or `"peaks"` (ASTM E1049)'
+    )
+    residue: Residue = Field("half-cycles", description=(
+        'what becomes of ranges that close no cycle: `"half-cycles"`, `"repeat"` (the history comes again and again) or '
+        '`"drop"`'
+    ))  # fmt: skip
+    reference: Quantity | None = Field(None, title="reference of level crossings and peaks", description=(
+        "reference of level crossings and peaks; without one all rising crossings and all peaks count"
+    ))  # fmt: skip
+    class_width: Quantity | None = Field(None, title="width of the classes", description=(
+        "width of the classes of range and level; by default each range stands for itself, as far as they are few"
+    ))  # fmt: skip
+    woehler: Annotated[Woehler | None, woehler_at("study.woehler")] = Field(
+        None, description="Woehler line for the damage, a table"
+    )
 
     @property
     def record(self) -> Record | None:

@@ -40,8 +40,8 @@ def _bodies(given: Any) -> Any:
     return tuple(sorted(given))
 
 
-Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(description="what is to be small")]
-Bodies = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(description="numbers of bodies to try")]
+Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(title="what is to be small")]
+Bodies = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbers of bodies to try")]
 
 
 class OptimiseBalancer(EnsembleSpec):
@@ -49,21 +49,7 @@ class OptimiseBalancer(EnsembleSpec):
 
     000, section 6: between oscillation and creep there is a damping with which bodies are in place soonest.
 
-    vary: {KEY = [low, high]} of a key of the balancing bodies (``damping``, ``mass``, ``length``, ``track_radius``), which is
-    then the same for all of them; {KEY = {of = [BODY, ...], range = [low, high]}} for some; {BODY.KEY = [low, high]}, or any
-    other path, for one. A wide range (tenfold) is searched by its logarithm. A pendulum's own inertia keeps its ratio to m l^2.
-    objectives: of ``settling-time`` (after which half of the runs are through and the bodies at rest about the rotor; a run
-    without a verdict takes at least as long as it was followed), ``residual`` (least unbalance that the
-    bodies can leave, at the worse end of ``unbalance``), ``peak`` (largest amplitude of all runs on the way to the speed),
-    ``capture-probability`` (share of the runs that do not get through, at most: those without a verdict could be among them).
-    By default all, but ``peak`` for a rotor whose speed is held from the beginning. Without the last one, none may be captured
-    more often than the machine as it is. bodies: numbers of bodies to try, each like the first one of the machine. unbalance:
-    of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by default the machine's
-    own. samples: runs of a candidate, from the same random phases of the balancing bodies for all. start: the rest of the
-    start. evaluations: candidates in all; population: of each generation; points: of the front, at most, that are checked with
-    the full equations, from other random phases. model: of the search; inertia, order: of averaged equations, by default with
-    the bodies' inertia: without it nothing oscillates. until: how long each run lasts, by default until it has settled.
-    damping_curve: the settling time over the damping of all bodies, of the machine as it is otherwise.
+    Candidates are judged by the equations of ``model``, by default with the bodies' inertia: without it nothing oscillates.
     """
 
     kind: ClassVar[str] = "optimise-balancer"
@@ -71,17 +57,38 @@ class OptimiseBalancer(EnsembleSpec):
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)
 
-    vary: Vary
-    objectives: Objectives | None = None
-    bodies: Bodies | None = None
-    unbalance: common.Interval | None = si("kg m", "unbalance", default=None)
-    samples: common.Whole = Field(16, description="random starts of each candidate")
-    evaluations: common.Whole = Field(192, description="candidates that are tried")
-    population: common.Whole = Field(16, description="candidates of a generation")
-    points: common.Whole = Field(12, description="points of the front that are checked with the full equations")
-    seed: common.Whole = Field(1, description="of the random starts and of the search")
+    vary: Vary = Field(
+        description="{KEY = [low, high]} of a key of the balancing bodies (`damping`, `mass`, `length`, "
+        "`track_radius`), which is then the same for all of them; {KEY = {of = [BODY, ...], range = [low, "
+        "high]}} for some; {BODY.KEY = [low, high]}, or any other path, for one. A wide range (tenfold) "
+        "is searched by its logarithm. A pendulum's inertia keeps its ratio to m l^2"
+    )
+    objectives: Objectives | None = Field(None, description=(
+        "some of `settling-time` (after which half of the runs are through and the bodies at rest about the rotor; a run "
+        "without a verdict takes at least as long as it was followed), `residual` (least unbalance that the bodies can leave, "
+        "at the worse end of `unbalance`), `peak` (largest amplitude of all runs on the way to the speed), "
+        "`capture-probability` (share of the runs that do not get through, at most: those without a verdict could be among "
+        "them). By default all, but `peak` for a rotor whose speed is held from the beginning. Without the last one, none may "
+        "be captured more often than the machine as it is"
+    ))  # fmt: skip
+    bodies: Bodies | None = Field(None, description="numbers of bodies to try, each like the first one of the machine")
+    unbalance: common.Interval | None = si("kg m", "unbalance", default=None, help=(
+        "unbalance of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by "
+        "default that of the machine"
+    ))  # fmt: skip
+    samples: common.Whole = Field(
+        16, description="number of runs of a candidate, from the same random phases of the balancing bodies for all"
+    )
+    evaluations: common.Whole = Field(192, description="number of candidates in all")
+    population: common.Whole = Field(16, description="number of candidates of each generation")
+    points: common.Whole = Field(12, description=(
+        "number of points of the front, at most, that are checked with the full equations, from other random phases"
+    ))  # fmt: skip
+    seed: common.Whole = Field(1, description="seed of the random starts and of the search")
     tolerance: common.Tolerance = _TOLERANCE
-    damping_curve: common.TrueOrFalse = Field(True, description="whether the settling time over the damping is asked too")
+    damping_curve: common.TrueOrFalse = Field(True, description=(
+        "whether the settling time over the damping of all bodies is computed too, of the machine as it is otherwise"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """Numbers that can be worked off, and keys of averaged equations only with them."""

@@ -21,14 +21,6 @@ class OrbitBranch(Spec):
     """Modulated motions over a parameter: branches of periodic orbits of the averaged equations, and how they end.
 
     002, sections 5.2 and 6.2, figures 5.6, 5.7, A.3.
-
-    along, range: the parameter and from where to where. at: values at which a run looks for a first orbit, from ``start``; by
-    default several, until one is found, and then the Hopf points of the steady states. until: how long such a run may take.
-    values: at which orbits are reported with exact exponents; by default ten along each branch. longest: up to which period a
-    branch is followed; by default twenty times that of the first orbit. switch: whether other branches are followed from branch
-    points and period doublings. together: balancing bodies that are equal keep equal phases. show: the state of a system that
-    is drawn. ranges: of its states, in which equilibria are searched. inertia: of the balancing bodies in the averaged
-    equations; false: strongly damped, 002 (4.60)-(4.62), the default of the dimensionless machines where all are damped.
     """
 
     kind: ClassVar[str] = "orbit-branch"
@@ -38,18 +30,30 @@ class OrbitBranch(Spec):
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"), ("value", "mean_speed"))
 
-    along: Path
+    along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
-    at: Annotated[Values | None, BeforeValidator(_one_or_more)] = None
+    at: Annotated[Values | None, BeforeValidator(_one_or_more)] = Field(None, description=(
+        "values at which a run looks for a first orbit, from `start`; by default several, until there is one, and then the "
+        "Hopf points of the steady states"
+    ))  # fmt: skip
     start: Start = Field(default_factory=dict)
-    until: float | None = si("s", "time", default=None, gt=0)
-    values: Values | None = None
-    longest: float | None = si("s", "period", default=None, gt=0)
-    switch: TrueOrFalse = Field(False, description="whether other branches are followed")
-    together: TrueOrFalse = Field(False, description="whether equal bodies keep equal phases")
-    show: Annotated[str | None, Field(description="state that is drawn")] = None
+    until: float | None = si("s", "time", default=None, gt=0, help="how long such a run may take")
+    values: Values | None = Field(
+        None, description="values at which orbits are reported with exact exponents; by default ten along each branch"
+    )
+    longest: float | None = si("s", "period", default=None, gt=0, help=(
+        "period up to which a branch is followed; by default twenty times that of the first orbit"
+    ))  # fmt: skip
+    switch: TrueOrFalse = Field(
+        False, description="whether other branches are followed from branch points and period doublings"
+    )
+    together: TrueOrFalse = Field(False, description="whether balancing bodies that are equal keep equal phases")
+    show: str | None = Field(None, description="state of a system that is drawn")
     ranges: Ranges | None = None
-    inertia: Inertia | None = None
+    inertia: Inertia | None = Field(None, description=(
+        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
+        "default of the dimensionless machines where all are damped"
+    ))  # fmt: skip
 
     @property
     def settings(self) -> OrbitSettings:

@@ -47,29 +47,35 @@ Trajectories = Annotated[int | tuple[dict[str, Any], ...], BeforeValidator(_traj
 class PhasePortrait(common.Spec):
     """All fixed points of two equations with their kinds, the separatrices of the saddles and where they go, closed curves.
 
-    Asked of a table [system] of two states, or of the averaged equations of a machine, where its states are made two: together,
-    true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true), which is refused where they would not. speed: at
-    which the main rotor is held. inertia, order: of the averaged equations; inertia is left out by default of dimensionless
-    machines, and, with a warning, where more than two states would be left. ranges: of the states, by name: the window; of an
-    angle what is drawn of it. trajectories: their starts, or how many, from places that the seed gives.
-    nullclines: whether they are drawn. along, values: a portrait for each value of a parameter. length: at
-    which a curve is given up, in windows.
+    Asked of a table [system] of two states, or of the averaged equations of a machine, where its states are made two by bodies
+    that keep equal phases.
     """
 
     kind: ClassVar[str] = "phase-portrait"
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
 
-    ranges: Ranges = Field(default_factory=dict, description="ranges of the states")
-    together: Together | None = Field(None, description="bodies that keep equal phases")
-    speed: float | None = si("rad/s", "speed", default=None)
-    inertia: common.Inertia | None = None
+    ranges: Ranges = Field(default_factory=dict, title="ranges of the states", description=(
+        "ranges of the states, by name: the window; of an angle what is drawn of it"
+    ))  # fmt: skip
+    together: Together | None = Field(None, title="bodies that keep equal phases", description=(
+        "true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true), which is refused where they would not"
+    ))  # fmt: skip
+    speed: float | None = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
+    inertia: common.Inertia | None = Field(None, description=(
+        "whether the averaged equations keep that of the balancing bodies, by default not of dimensionless machines, nor, with "
+        "a warning, where more than two states would be left"
+    ))  # fmt: skip
     order: common.Order = 1
-    trajectories: Trajectories = Field(24, description="trajectories")
-    seed: common.Whole = Field(0, ge=0, description="seed of their starts")
+    trajectories: Trajectories = Field(
+        24, title="trajectories", description="starts of trajectories, or how many, from places that the seed gives"
+    )
+    seed: common.Whole = Field(0, ge=0, title="seed of their starts", description="seed of the starts of trajectories")
     nullclines: common.TrueOrFalse = Field(False, description="whether nullclines are drawn")
-    along: common.Path | None = None
-    values: common.Values = ()
-    length: float = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000)
+    along: common.Path | None = Field(None, description="path of a parameter, for a portrait for each of its `values`")
+    values: common.Values = Field((), description="values of the parameter `along`, a portrait for each")
+    length: float = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000, help=(
+        "length of a curve, in windows, at which it is given up"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """Along belongs to values, and both have limits."""

@@ -14,13 +14,7 @@ from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 class Response(Spec):
     """Amplitude, phase, self-centring and torque demand over the speed, at a steady speed.
 
-    range: lowest and highest speed, not negative; by default from 0.02 to 3 times the highest natural frequency, or to 1.5
-    times the speed that the drive reaches without vibration where that is more. points: evenly spaced over it, to which those
-    that resolve the resonances are added. Every body turns in the sense of the drive of its rotor.
-
-    bodies: ``"steady"``: balancing bodies are in the steady phases that belong to each speed, a curve for each configuration,
-    as ``synchronous-states`` has them; ``"held"``: at the phases of ``start``, as in ``initial_state``, at all speeds. By
-    default steady where these phases are known, else held with a warning. Other rotors are at the phases of ``start``.
+    Every body turns in the sense of the drive of its rotor.
     """
 
     kind: ClassVar[str] = "response"
@@ -28,10 +22,15 @@ class Response(Spec):
     headline: ClassVar[tuple[str, ...]] = ("peak_amplitude", "peak_torque")
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
-    range: Interval | None = si("rad/s", "speed", default=None)
-    points: Whole = Field(600, ge=2, le=100_000, description="number of speeds")
+    range: Interval | None = si("rad/s", "speed", default=None, help=(
+        "lowest and highest speed, not negative; by default from 0.02 to 3 times the highest natural frequency, or to 1.5 "
+        "times the speed that the drive reaches without vibration where that is more"
+    ))  # fmt: skip
+    points: Whole = Field(600, ge=2, le=100_000, description=(
+        "number of speeds, evenly spaced over the range, to which those that resolve the resonances are added"
+    ))  # fmt: skip
     bodies: BalancingBodies = None
-    start: Start = Field(default_factory=dict)
+    start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
 
     def check(self) -> None:
         """No negative speeds."""

@@ -19,28 +19,25 @@ MOST_RUNS = 500
 class RunUp(SingleRun):
     """Start the machine and see what becomes of it.
 
-    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: angles and
-    speeds at the start by the names of the bodies, ``{ p1 = "0.3 rad" }``. starts: several initial states, or ``values`` of the
-    parameter ``along``: a run each, in one result. over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle)
-    or ``"psi"`` (mean phase of its bodies). model: the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``;
-    inertia: whether the averaged ones keep that of the balancing bodies, by default where one of them is not damped. order:
-    that of the averaged equations, 1 or 2; they hold over times 1/epsilon, where rotors or bodies librate undamped over a few
-    librations only. tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
-    ``"scipy"``, ``"scipy-radau"``, by default the best installed. stored_samples: at most, of all runs together; by default a
-    million, or as many as take 240 MB. deck: the inclination of a screen's deck, counter-clockwise
-    from +x, for its throw number.
+    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``.
     """
 
     kind: ClassVar[str] = "run-up"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
     without_inertia: ClassVar[bool] = True
 
-    starts: common.Starts = ()
-    along: common.Path | None = None
-    values: common.Values = ()
-    stored_samples: int | None = Field(None, gt=1, description="samples that are stored at most, of all runs together")
-    over: Literal["time", "phi", "psi"] = Field("time", description="abscissa of the figure")
-    deck: float | None = si("rad", "inclination of the deck", default=None, gt=-1.5, lt=1.5)
+    starts: common.Starts = Field((), description="several initial states: a run each, in one result")
+    along: common.Path | None = Field(None, description="path of a parameter that has several `values`")
+    values: common.Values = Field((), description="values of the parameter `along`: a run each, in one result")
+    stored_samples: int | None = Field(None, gt=1, title="samples that are stored at most, of all runs together", description=(
+        "samples that are stored at most, of all runs together; by default a million, or as many as take 240 MB"
+    ))  # fmt: skip
+    over: Literal["time", "phi", "psi"] = Field("time", description=(
+        "abscissa of the figure: `\"time\"`, `\"phi\"` (the rotor's angle) or `\"psi\"` (mean phase of its bodies)"
+    ))  # fmt: skip
+    deck: float | None = si("rad", "inclination of the deck", default=None, gt=-1.5, lt=1.5, help=(
+        "inclination of a screen's deck, counter-clockwise from +x, for its throw number"
+    ))  # fmt: skip
 
     @property
     def settings(self) -> RunSettings:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -18,14 +18,6 @@ class SpeedCurve(Spec):
     """All branches of steady operation over a parameter, from the averaged equations, with where they turn and lose stability.
 
     002 (3.51)-(3.52), (5.1)-(5.15), figures 3.2, 5.2, 5.3, A.1.
-
-    along, range: the parameter and from where to where. points: at so many values in the range, and near both of its ends, all
-    steady states are searched, and each that is on no known branch is followed both ways. only: the names of states that are
-    looked at, others are left out. second: another parameter; with second_values the branches of each value are drawn in one
-    figure, with second_range the curves of folds and Hopf points in both parameters are followed. show: the state that is
-    drawn; by default the speed, of a system its first state. ranges: of the states of a system, by name, in which equilibria
-    are searched. inertia: of the balancing bodies in the averaged equations; false: strongly damped, 002 (4.60)-(4.62), the
-    default of the dimensionless machines; that of others is true.
     """
 
     kind: ClassVar[str] = "speed-curve"
@@ -35,16 +27,27 @@ class SpeedCurve(Spec):
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "second", "second_range", "second_values", "show", "ranges")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
 
-    along: Path
+    along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
-    points: Whole = 5
+    points: Whole = Field(5, description=(
+        "number of values in the range at which, and near both of its ends, all steady states are searched; each that is on no "
+        "known branch is followed both ways"
+    ))  # fmt: skip
     only: Names | None = None
-    second: Path | None = None
-    second_values: Values | None = None
-    second_range: Pair | None = None
-    show: Annotated[str | None, Field(description="state that is drawn")] = None
+    second: Path | None = Field(None, description="path of another parameter; with `second_values` or `second_range`")
+    second_values: Values | None = Field(
+        None, description="values of the second parameter, the branches of each of which are drawn in one figure"
+    )
+    second_range: Pair | None = Field(None, description=(
+        "pair [low, high] of the second parameter, over which the curves of folds and Hopf points in both parameters are "
+        "followed"
+    ))  # fmt: skip
+    show: str | None = Field(None, description="state that is drawn; by default the speed, of a system its first state")
     ranges: Ranges | None = None
-    inertia: Inertia | None = None
+    inertia: Inertia | None = Field(None, description=(
+        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
+        "default of the dimensionless machines; that of others is true"
+    ))  # fmt: skip
 
     @property
     def settings(self) -> BranchSettings:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -20,14 +20,6 @@ class StabilityMap(Spec):
     """Where in the plane of two parameters which steady states and modulated motions exist, and where they are stable.
 
     002, sections 5.1 to 5.3, figure 5.9a.
-
-    along, range, second, second_range: the parameters of the plane, and their ranges. cells: a side, in whose centres it is
-    looked which motions there are; by default 12, with eliminate 6. orbits: whether modulated motions are looked for. together:
-    balancing bodies that are equal keep equal phases, in the modulated motion. only: the names of steady states that are looked
-    at. ranges: of the states of a system, by name, in which equilibria are searched. inertia: of the balancing bodies in the
-    averaged equations; false: strongly damped, 002 (4.60)-(4.62), the default of the dimensionless machines; that of others is
-    true. eliminate, eliminate_range: a third parameter. The map then says how the modulated motion that begins where a stable
-    steady state is lost, as this parameter changes, ends as it changes on: the question that 002, section 5.2, leaves open.
     """
 
     kind: ClassVar[str] = "stability-map"
@@ -37,18 +29,28 @@ class StabilityMap(Spec):
         *Spec.meaning, "second", "second_range", "cells", "ranges", "together", "eliminate", "eliminate_range",
     )  # fmt: skip
 
-    along: Path
-    range: Pair
-    second: Path
-    second_range: Pair
-    cells: Annotated[Whole | None, Field(description="cells a side")] = None
-    orbits: TrueOrFalse = Field(True, description="whether modulated motions are looked for")
-    together: TrueOrFalse = Field(False, description="whether equal bodies keep equal phases")
+    along: Path = Field(description="path of the first parameter of the plane")
+    range: Pair = Field(description="pair [low, high] of the first parameter")
+    second: Path = Field(description="path of the second parameter of the plane")
+    second_range: Pair = Field(description="pair [low, high] of the second parameter")
+    cells: Whole | None = Field(None, description=(
+        "number of cells a side, in whose centres it is determined which motions there are; by default 12, with `eliminate` 6"
+    ))  # fmt: skip
+    orbits: TrueOrFalse = Field(True, description="whether modulated motions are sought, too")
+    together: TrueOrFalse = Field(
+        False, description="whether balancing bodies that are equal keep equal phases, in the modulated motion"
+    )
     only: Names | None = None
     ranges: Ranges | None = None
-    inertia: Inertia | None = None
-    eliminate: Path | None = None
-    eliminate_range: Pair | None = None
+    inertia: Inertia | None = Field(None, description=(
+        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), the "
+        "default of the dimensionless machines; that of others is true"
+    ))  # fmt: skip
+    eliminate: Path | None = Field(None, description=(
+        "path of a third parameter. The map then says how the modulated motion that begins where a stable steady state is "
+        "lost, as this parameter changes, ends as it changes on: the question that 002, section 5.2, leaves open"
+    ))  # fmt: skip
+    eliminate_range: Pair | None = Field(None, description="pair [low, high] of the third parameter, `eliminate`")
 
     @property
     def settings(self) -> BranchSettings:

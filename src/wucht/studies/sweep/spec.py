@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -11,13 +11,7 @@ from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Quan
 
 
 class Sweep(Spec):
-    """Move the parameter ``along``, the swept parameter, through ``range``, so slowly that the machine follows.
-
-    rate: in the parameter's unit a unit of time; None: the range takes a thousand times as long as the machine takes to answer.
-    direction: ``"both"`` (up, then down again), ``"up"`` or ``"down"``. start: the initial state, see ``initial_state``; the
-    machine starts there with the parameter at its first value, and settles. jump_tolerance: relative, of the values at which
-    it jumps. tolerance: of the integration. engine: see ``RunUp``.
-    """
+    """Move the parameter ``along``, the swept parameter, through ``range``, so slowly that the machine follows."""
 
     kind: ClassVar[str] = "sweep"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
@@ -25,11 +19,20 @@ class Sweep(Spec):
     solves: ClassVar[str] = FULL
     from_start: ClassVar[bool] = True
 
-    along: Path
+    along: Path = Field(description="path of the parameter that is swept")
     range: Pair
-    rate: Quantity | None = Field(None, description="rate of the parameter")
-    direction: Literal["both", "up", "down"] = Field("both", description="direction")
-    start: Start = Field(default_factory=dict)
-    jump_tolerance: Annotated[float, Field(ge=1e-8, le=0.1, description="tolerance of the jumps")] = JUMP_TOLERANCE
+    rate: Quantity | None = Field(None, title="rate of the parameter", description=(
+        "rate of the parameter, in its unit a unit of time; by default the range takes a thousand times as long as the machine "
+        "takes to answer"
+    ))  # fmt: skip
+    direction: Literal["both", "up", "down"] = Field(
+        "both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
+    )
+    start: Start = Field(default_factory=dict, description=(
+        "initial state; the machine starts there with the parameter at its first value, and settles"
+    ))  # fmt: skip
+    jump_tolerance: float = Field(
+        JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values at which it jumps"
+    )
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None

@@ -36,23 +36,26 @@ class SynchronousStates(Spec):
     """All steady phase configurations of the balancing bodies or of self-synchronising rotors, with names and stability.
 
     000 sections 4-6 (tables 1-3), 001 section 2.4 (table 1), 002 section 5.1 (types I, II, III).
-
-    speed: of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the
-    vibration leave, searched over ``range`` (default: up to the highest speed without vibration, or three times the highest
-    natural frequency where a drive runs away without load: then these are not stated to be all). inertia: of the balancing
-    bodies in the averaged equations; false: strongly damped, 002 (4.60)-(4.62). full: whether the multipliers of
-    the full equations are computed too. axes: a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi,
-    cells]}, cell-centred; ratio: of the unbalance of all balancing bodies together to that of the rotor, which is changed for
-    it.
     """
 
     kind: ClassVar[str] = "synchronous-states"
 
-    speed: float | None = si("rad/s", "speed", default=None)
-    range: Interval | None = si("rad/s", "speed", default=None)
-    inertia: Inertia = True
-    full: TrueOrFalse = Field(True, description="whether the full equations are asked too")
-    axes: Axes | None = Field(None, description="axes of a stability map")
+    speed: float | None = si("rad/s", "speed", default=None, help=(
+        "speed of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the "
+        "vibration leave, searched over `range`"
+    ))  # fmt: skip
+    range: Interval | None = si("rad/s", "speed", default=None, help=(
+        "lowest and highest speed that are searched, by default up to the highest speed without vibration, or three times the "
+        "highest natural frequency where a drive runs away without load: then the states are not stated to be all"
+    ))  # fmt: skip
+    inertia: Inertia = Field(True, description=(
+        "whether the averaged equations keep that of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62)"
+    ))  # fmt: skip
+    full: TrueOrFalse = Field(True, description="whether the multipliers of the full equations are computed too")
+    axes: Axes | None = Field(None, title="axes of a stability map", description=(
+        "a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi, cells]}, cell-centred; ratio: of the "
+        "unbalance of all balancing bodies together to that of the rotor, which is changed for it"
+    ))  # fmt: skip
 
     def check(self) -> None:
         """A speed or a range of speeds, and axes that begin at 0 or above."""
