@@ -255,18 +255,18 @@ def test_an_impossible_output_is_refused(values, refusal):
 @pytest.mark.parametrize("omega", [0.0, -3.0, math.nan, math.inf])
 def test_a_speed_that_is_not_positive_is_refused(omega):
     for ask in (OUTPUT.steady, OUTPUT.elastic_part, OUTPUT.tuned):
-        with refused("omega", "s"):
+        with refused("omega", "rad/s", given=omega, code="not-positive"):
             ask(LAW, omega)
-    with refused("omega"):
+    with refused("omega", "rad/s", given=omega, code="not-positive"):
         OUTPUT.weights(3, omega)
 
 
 def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_without_that_order():
     undamped = ElasticOutput(0.05, 2000.0)
     omega = undamped.natural_frequency / 3
-    with refused("omega", "order 3"):
+    with refused("omega", "order 3", given=omega, code="resonance"):
         undamped.steady(LAW, omega)
-    with refused("omega", "order 3"):
+    with refused("omega", "order 3", given=omega, code="resonance"):
         undamped.weights(3, omega)
     assert np.isinf(undamped.response(200.0))
     without = Harmonics.of(0.0, [1.0, 0.5, 0.0, 0.2])
@@ -276,9 +276,9 @@ def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_wit
 @pytest.mark.parametrize(
     ("omega", "refusal"),
     [
-        (50.0, refused("law", given=None)),
-        (49.0, refused("law", given=None)),
-        (250.0, refused("law", given=None)),
+        (50.0, refused("law", "order 4", code="near-resonance")),
+        (49.0, refused("law", "order 4", code="near-resonance")),
+        (250.0, refused("law", "order 4", "5 times", code="above-resonance")),
     ],
 )
 def test_a_lever_is_not_tuned_to_an_order_that_makes_it_unreasonable(omega, refusal):
@@ -290,7 +290,7 @@ def test_a_lever_is_not_tuned_to_an_order_that_makes_it_unreasonable(omega, refu
     else:
         odd = ElasticOutput(0.07, 1900.0)
         assert 0 < abs(1 / odd.response(odd.natural_frequency / 3 * 3 * (1 + 1e-15))) < 1e-12  # but for rounding
-        with refused("law", given=None):
+        with refused("law", "order 3", code="near-resonance"):
             odd.tuned(LAW, odd.natural_frequency / 3 * (1 + 1e-15), math.inf)
 
 

@@ -340,9 +340,9 @@ def test_a_fixed_axis():
         ({"directions": "x", "stiffness": 1.0, "foundation": {"direction": "y", "mass": 1.0, "stiffness": 1.0}}, {},
          refused("machine.carrier.foundation", "x")),
         ({"directions": "x", "stiffness": 1.0, "motion": {"direction": "y", "amplitude": 1.0, "frequency": 1.0}}, {},
-         refused("machine.carrier.motion", "x")),
+         refused("machine.carrier.motion", "x", code="direction")),
         ({"stiffness": 1.0, "motion": {"direction": "x", "amplitude": 1.0}}, {},
-         refused("machine.carrier.motion", given={'direction': 'x', 'amplitude': 1.0})),
+         refused("machine.carrier.motion", given={'direction': 'x', 'amplitude': 1.0}, code="either-or")),
         ({"directions": "round"}, {}, refused("machine.carrier.directions", code="unknown-name")),
     ],
 )  # fmt: skip

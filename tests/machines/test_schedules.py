@@ -200,7 +200,7 @@ def test_a_prescribed_motion_has_no_schedule(key):
     ],
 )  # fmt: skip
 def test_what_is_prescribed_cannot_jump(parameter, parts):
-    with refused("machine.schedules[0].interpolation", given="steps"):
+    with refused("machine.schedules[0].interpolation", parameter, given="steps"):
         machine_with(schedule(parameter, [0.0, 1.0], [1.0, 2.0], interpolation="steps"), **parts)
     machine_with(schedule(parameter, [0.0, 1.0], [1.0, 1.0], interpolation="steps"), **parts)  # this one does not
 
@@ -209,7 +209,7 @@ def test_what_is_prescribed_cannot_jump(parameter, parts):
     ("table", "refusal"),
     [
         (schedule("drive.slop", [0, 1]), refused("machine.schedules[0].parameter", "drive.slope", given="drive.slop")),
-        ({"points": [[0, 1]]}, refused("machine.schedules[0].parameter", given=None)),
+        ({"points": [[0, 1]]}, refused("machine.schedules[0].parameter", "drive.slope", given=None)),
         (schedule("drive.slope"), refused("machine.schedules[0].points", given=[])),
         ({"parameter": "drive.slope", "points": [[0, 1, 2]]}, refused("machine.schedules[0].points", given=[[0, 1, 2]])),
         (schedule("drive.slope", [0, 1], [0, 2]), refused("machine.schedules[0].points", given=[[0, 1], [0, 2]])),

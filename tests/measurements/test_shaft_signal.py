@@ -138,9 +138,9 @@ def test_it_can_be_said():
 @pytest.mark.parametrize(
     ("asked", "refusal"),
     [
-        (("x",), refused("f.csv: x", given=None)),
+        (("x",), refused("f.csv: x", "key quantity", "speed", "angle", "pulses", given=None)),
         (("pulses",), refused("f.csv: pulses", "pulses_per_turn", given=None)),
-        (("sped",), refused("f.csv", given="sped")),
+        (("sped",), refused("f.csv", "did you mean 'speed 1'", given="sped")),
         (("n", None, None, "indx"), refused("f.csv", "index", given="indx")),
         (("n", "angle"), refused("f.csv: n", given="rpm", code="dimension")),
     ],
@@ -165,7 +165,7 @@ def test_german_names(name, quantity):
 
 
 def test_an_angular_acceleration_is_no_angle():
-    with refused("f.csv: Winkelbeschleunigung", given=None):
+    with refused("f.csv: Winkelbeschleunigung", "key quantity", given=None):
         shaft_signal(Recording.of("f.csv", T, {"Winkelbeschleunigung": T}), "Winkelbeschleunigung")
 
 

@@ -362,7 +362,7 @@ def test_without_dask(marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_study_without_tiles() -> None:
     machine = load_machine("drozdetskaya-2020/r1")
-    with refusals.refused("--scheduler", given="tcp://127.0.0.1:1"):
+    with refusals.refused("--scheduler", "response", "basin", given="tcp://127.0.0.1:1"):
         ask(Response(), machine, scheduler="tcp://127.0.0.1:1")
 
 

@@ -181,5 +181,8 @@ def _refuse_if_left(made: Section, groups: Sequence[Sequence[int]], slow: Averag
     names = next([slow.system.state_names[i] for i in g] for g in groups if len(g) > 1)
     bodies = " and ".join(n.rpartition(".")[0] for n in names)
     raise InputError(
-        "study.together", None, f"{bodies} do not keep equal phases: must be bodies that are equal in all they are"
+        "study.together",
+        None,
+        f"{bodies} do not keep equal phases: must be bodies that are equal in all they are",
+        code="phases-part",
     )

@@ -140,12 +140,13 @@ class ElasticOutput:
         if len(bad):
             k = int(bad[0]) + 1
             ratio = k * omega / self.natural_frequency
-            what = "too near the resonance" if size[bad[0]] < 1 else "too far above the resonance"
+            near = bool(size[bad[0]] < 1)
+            what = "too near the resonance" if near else "too far above the resonance"
             allowed = (
                 f"its order {k} lies at {ratio:.4g} times the natural frequency of the output, {what} to tune the lever to "
                 f"it: choose another speed, a stiffer output, or a law without this order"
             )
-            raise InputError("law", None, allowed)
+            raise InputError("law", None, allowed, code="near-resonance" if near else "above-resonance")
         return _multiplied(law, law.mean, inverse)
 
     def residual(self, lever: Harmonics, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
@@ -196,14 +197,14 @@ class ElasticOutput:
         if (undamped & present).any():
             k = int(np.flatnonzero(undamped & present)[0]) + 1
             allowed = f"order {k} of the lever meets the natural frequency of an output without damping, which then has no"
-            raise InputError("omega", omega, f"{allowed} steady motion: give damping, or another speed")
+            raise InputError("omega", omega, f"{allowed} steady motion: give damping, or another speed", code="resonance")
         return coupling, np.where(undamped, 1.0, dynamic)
 
 
 def _frequencies(count: int, omega: float) -> np.ndarray:
     """k omega (N,)."""
     if not (math.isfinite(omega) and omega > 0):
-        raise InputError("omega", omega, "the mean speed must be a positive number of rad/s")
+        raise InputError("omega", omega, "the mean speed must be a positive number of rad/s", code="not-positive")
     return np.arange(1, count + 1) * omega
 
 

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from wucht.errors import InputError
+from wucht.errors import FieldError, InputError, code_of
 from wucht.files.documents import Document, read_text
 from wucht.files.text_rows import cells_of
 from wucht.machines.parts.characteristic import SPEED_TORQUE
@@ -38,12 +38,13 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
                 continue
             if headed and not rows and _is_heading(line):
                 example = "; ".join(f"{u.what} [{u.si}]" for u in units)
-                raise ValueError(f"{_cells(line)[0]!r} is no finite number; write units beside the names: {example}")
+                shown = repr(_cells(line)[0])
+                raise FieldError(f"{shown} is no finite number; write units beside the names: {example}", code="heading-twice")
             row = [u.parse(n * f) for n, f, u in zip(_row(line, units), scale, units, strict=True)]
             if rows and row[0] <= rows[-1][0]:
-                raise ValueError(f"the {units[0].what} does not increase")
+                raise FieldError(f"the {units[0].what} does not increase", code="not-increasing")
         except ValueError as error:
-            raise InputError.of_file(path, f"line {number}: {error}", code="no-number") from None
+            raise InputError.of_file(path, f"line {number}: {error}", code=code_of(error)) from None
         rows.append(row)
     if len(rows) < 2:
         raise InputError.of_file(path, f"there must be at least two rows of {_both(units)}; found {len(rows)}", code="too-few")
@@ -84,11 +85,11 @@ def _replaced(described: Document, key: str, units: tuple[Unit, Unit], folder: P
     if not isinstance(name, str) or not name.strip() or "\0" in name:
         raise InputError(f"{where}.{key}", name, "must be the name of a file")
     if "points" in described:
-        raise InputError(f"{where}.{key}", name, f"give either {key} or points")
+        raise InputError(f"{where}.{key}", name, f"give either {key} or points", code="either-or")
     try:
         points = read_table(folder / name, units)
     except InputError as error:
-        raise InputError(f"{where}.{key}", name, error.allowed) from None
+        raise InputError(f"{where}.{key}", name, error.allowed, code=error.code) from None
     return {**{k: v for k, v in described.items() if k != key}, "points": points}
 
 
@@ -115,7 +116,8 @@ def _row(line: str, units: tuple[Unit, Unit]) -> list[float]:
     cells, commas = _cells(line), _separator(line) in (";", "\t")
     if len(cells) != 2:
         remedy = "; where commas are decimal, put a semicolon between the columns" if "," in line and not commas else ""
-        raise ValueError(f"there must be two numbers, {_both(units)}; these are {len(cells)} columns{remedy}")
+        sentence = f"there must be two numbers, {_both(units)}; these are {len(cells)} columns{remedy}"
+        raise FieldError(sentence, code="count")
     return [_number(c.replace(",", ".") if commas else c, u) for c, u in zip(cells, units, strict=True)]
 
 
@@ -125,7 +127,7 @@ def _number(cell: str, unit: Unit) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{cell[:40]!r} is no finite number; must be {article(unit.what)}")
+        raise FieldError(f"{cell[:40]!r} is no finite number; must be {article(unit.what)}", code="no-number")
     return value
 
 
@@ -139,14 +141,16 @@ def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
     """How many SI units the unit of each column is."""
     cells = _cells(line)
     if len(cells) != 2:
-        raise ValueError(f"there must be two columns, {_both(units)}; the heading has {len(cells)}")
+        raise FieldError(f"there must be two columns, {_both(units)}; the heading has {len(cells)}", code="count")
     factors = []
     for cell, unit, other in zip(cells, units, units[::-1], strict=True):
         parts = _HEADING.fullmatch(cell)
         if parts is None:
-            raise ValueError(f"{cell[:40]!r} is no heading; must be {unit.what} or {unit.what} [{unit.si}]")
+            sentence = f"{cell[:40]!r} is no heading; must be {unit.what} or {unit.what} [{unit.si}]"
+            raise FieldError(sentence, code="no-heading")
         if other.what in parts[1].lower() and unit.what not in parts[1].lower():
-            raise ValueError(f"the columns are exchanged; must be {units[0].what} first, then {units[1].what}")
+            sentence = f"the columns are exchanged; must be {units[0].what} first, then {units[1].what}"
+            raise FieldError(sentence, code="exchanged")
         in_words = _UNIT_IN_WORDS.fullmatch(parts[1])
         if parts[2] is not None or parts[3] is not None:
             factors.append(unit.parse(f"1 {parts[2] or parts[3] or '?'}"))

@@ -140,10 +140,11 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
             return _without_value(source, lines, layout, number, empty)
         if len(cells) != len(layout.names):
             allowed = f"line {number}: there must be {len(layout.names)} columns; these are {len(cells)}"
-            return InputError(source, None, allowed)
+            return InputError(source, None, allowed, code="count")
         for name, cell in zip(layout.names, cells, strict=True):
             if not _is_number(cell, layout.separator) or not math.isfinite(_float(cell, layout.separator)):
-                return InputError(f"{source}: {name}", None, f"line {number}: {cell[:40]!r} is no finite number")
+                sentence = f"line {number}: {cell[:40]!r} is no finite number"
+                return InputError(f"{source}: {name}", None, sentence, code="no-number")
     return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each")
 
 
@@ -167,7 +168,7 @@ def _without_value(source: str, lines: list[str], layout: _Layout, number: int, 
             f"this channel ends early: it has {before} values, and none from line {number} on, where others go on to "
             f"{before + len(after)}; cut all columns at line {number}, or write this one into a file of its own"
         )
-    return InputError(f"{source}: {layout.names[column]}", None, allowed)
+    return InputError(f"{source}: {layout.names[column]}", None, allowed, code="ends-early" if ends else "no-value")
 
 
 def _is_number(cell: str, separator: str | None) -> bool:

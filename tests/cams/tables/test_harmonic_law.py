@@ -145,7 +145,7 @@ def test_bounds_of_the_acceleration_say_what_must_give_way_in_their_own_unit():
 
 @pytest.mark.parametrize(("harmonics", "bound"), [(5, 1), (8, 5), (12, 1), (12, 20)])
 def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
-    with refused("law.restrictions", "no motion", given=None):
+    with refused("law.restrictions", f"{harmonics} harmonics", "law.restrictions[2]", given=None):
         _accelerated(harmonics, bound)
 
 
@@ -175,11 +175,16 @@ def test_an_arc_may_begin_in_any_turn(begin):
 
 
 @pytest.mark.parametrize(
-    ("of", "given"),
-    [("position", "24 deg/rad^3"), ("position", "24 deg rad"), ("acceleration", "24 deg/rad"), ("velocity", "3 deg*rad")],
+    ("of", "given", "example"),
+    [
+        ("position", "24 deg/rad^3", "24 deg"),
+        ("position", "24 deg rad", "24 deg"),
+        ("acceleration", "24 deg/rad", "24 deg/rad^2"),
+        ("velocity", "3 deg*rad", "24 deg/rad"),
+    ],
 )
-def test_a_unit_of_another_derivative_is_refused(of, given):
-    with refused("law.restrictions[2].equals"):
+def test_a_unit_of_another_derivative_is_refused(of, given, example):
+    with refused("law.restrictions[2].equals", repr(example), given=given):
         law(TOP, DWELL, {"of": of, "at": 1.0, "equals": given})
 
 

@@ -9,7 +9,6 @@ from tests.refusals import failed, refused
 
 from wucht.cams.workshop.plc import Interpolation, Unit, cam_table, largest_deviation
 from wucht.cams.workshop.plc_files import Form, read_cam_table, write_cam_table
-from wucht.errors import InputError
 
 LINEAR, QUINTIC = Interpolation.LINEAR, Interpolation.QUINTIC
 PAIRS = [
@@ -110,15 +109,15 @@ def test_a_place_that_cannot_be_written_to(tmp_path):
 @pytest.mark.parametrize(
     ("form", "old", "new", "refusal"),
     [
-        (Form.CSV, "170.00;", "17O.00;", refused("cam.txt", code="no-number")),
+        (Form.CSV, "170.00;", "17O.00;", refused("cam.txt", "17O.00", code="no-number")),
         (Form.CSV, "170.00;", "nan;", refused("cam.txt", code="not-finite")),
-        (Form.CSV, "45.0000;", "95.0000;", refused("cam.txt", "360 deg", given=None)),
-        (Form.CSV, "360.0000;", "359.0000;", refused("cam.txt", "360 deg", given=None)),
+        (Form.CSV, "45.0000;", "95.0000;", refused("cam.txt", "360 deg", code="not-increasing")),
+        (Form.CSV, "360.0000;", "359.0000;", refused("cam.txt", "360 deg", code="not-increasing")),
         (Form.CSV, "360.0000;170", "360.0000;171", refused("cam.txt", code="not-closed")),
-        (Form.CSV, ";1.04720;", ";", refused("cam.txt", code="no-table")),
-        (Form.CSV, "slave in mm", "slave in deg", refused("cam.txt", code="unit")),
-        (Form.CODESYS, "dY := 170.00", "dY := none", refused("cam.txt", given=None)),
-        (Form.TWINCAT, "SlavePos := 170.00", "SlavePos := none", refused("cam.txt", given=None)),
+        (Form.CSV, ";1.04720;", ";", refused("cam.txt", "csv", code="no-table")),
+        (Form.CSV, "slave in mm", "slave in deg", refused("cam.txt", "deg", "mm", code="unit")),
+        (Form.CODESYS, "dY := 170.00", "dY := none", refused("cam.txt", "7 rows", code="count")),
+        (Form.TWINCAT, "SlavePos := 170.00", "SlavePos := none", refused("cam.txt", "7 rows", code="count")),
     ],
 )
 def test_a_damaged_table(tmp_path, form, old, new, refusal):
@@ -132,7 +131,7 @@ def test_a_damaged_table(tmp_path, form, old, new, refusal):
 def test_a_position_table_that_lost_a_number(tmp_path):
     path = write_cam_table(tmp_path / "cam.txt", small(LINEAR), Form.TWINCAT)
     path.write_text(path.read_text().replace("360.0000, 170.00]", "360.0000]"))
-    with refused("cam.txt", given=None):
+    with refused("cam.txt", "8 rows", code="count"):
         read_cam_table(path, Form.TWINCAT, Unit.MILLIMETRE)
 
 
@@ -141,5 +140,5 @@ def test_no_table_at_all(tmp_path, form):
     with refused("", code="no-file", file="cam.txt"):
         read_cam_table(tmp_path / "cam.txt", form, Unit.DEGREE)
     (tmp_path / "cam.txt").write_text("\n")
-    with pytest.raises(InputError, match=f"there is no cam table of the form {form.value} in it"):
+    with refused("cam.txt", form.value, code="no-table"):
         read_cam_table(tmp_path / "cam.txt", form, Unit.DEGREE)

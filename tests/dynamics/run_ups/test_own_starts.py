@@ -102,7 +102,7 @@ def test_they_are_start_states_of_maps() -> None:
     given = {"left": {}, "drives": {"e2": {}}}
     made = with_states(given, [(v.state, x) for v, x in zip(varied, (1.0, 2.0, 1e-4), strict=True) if v.state])
     assert made == {"left": {"lining": 1e-4}, "drives": {"e1": {"integral": 1.0}, "e2": {"integral": 2.0}}}
-    with refused("study.axes.drives.e2.integral", "study.start", given="drives.e2.integral"):
+    with refused("study.axes.drives.e2.integral", "study.start", given="drives.e2.integral", code="given-twice"):
         check_together(varied, {"drives": {"e2": {"integral": 1.0}}}, "axes", "an axis")
     check_together(varied, {"drives": {"e3": {"integral": 1.0}}}, "axes", "an axis")
 

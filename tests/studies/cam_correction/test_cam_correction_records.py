@@ -182,7 +182,7 @@ def test_rows_of_different_length(tmp_path):
     lines = (tmp_path / "record.csv").read_text().splitlines()
     lines[50] = lines[50].rsplit(",", 1)[0]
     (tmp_path / "record.csv").write_text("\n".join(lines))
-    with refused("record.csv", "51", given=None):
+    with refused("record.csv", "line 51", "4 columns", code="count"):
         asked(tmp_path)
 
 

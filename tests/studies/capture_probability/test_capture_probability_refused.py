@@ -62,7 +62,7 @@ TWO = PSI | {"delta": {"uniform": [0.0, 3.0]}}
             refused("study.sensitivity_samples", "sensitivity = true", given=64),
         ),
         ({"sensitivity": True, "random": TWO}, "study.at", refused("study.at", "drive.slope", given=None)),
-        ({"sensitivity": True, "at": 0.01}, "study.sensitivity", refused("study.sensitivity", given=True)),
+        ({"sensitivity": True, "at": 0.01}, "study.sensitivity", refused("study.sensitivity", given=True, code="too-few")),
         (
             {"sensitivity": True, "at": 0.01, "random": TWO, "samples": 240},
             "study.samples",
@@ -97,19 +97,29 @@ def rail() -> Machine:
         (R1, {"along": "drive.slop"}, "study.along", refused("study.along", "drive.slope", given="drive.slop")),
         (R1, {"range": [0.02, 0.01]}, "study.range", refused("study.range", given=[0.02, 0.01])),
         (R1, {"range": [-0.02, 0.01]}, "study.range[0]", refused("study.range[0]", code="limits")),
-        (R1, {"random": {"psy": PSI["psi"]}}, "study.random.psy", refused("study.random.psy", "psi", given="psy")),
+        (
+            R1,
+            {"random": {"psy": PSI["psi"]}},
+            "study.random.psy",
+            refused("study.random.psy", "psi", given="psy", code="unknown-name"),
+        ),
         (
             R1,
             {"random": {"psi": {"uniform": ["0 m", 1.0]}}},
             "study.random.psi.uniform[0]",
             refused("study.random.psi.uniform[0]", code="dimension"),
         ),
-        (R1, {"start": {"psi": 1.0}}, "study.random.psi", refused("study.random.psi", "study.start", given="psi")),
+        (
+            R1,
+            {"start": {"psi": 1.0}},
+            "study.random.psi",
+            refused("study.random.psi", "study.start", given="psi", code="given-twice"),
+        ),
         (
             R1,
             {"random": {"p1": PSI["psi"], "p1.angle": PSI["psi"]}},
             "study.random.p1.angle",
-            refused("study.random.p1.angle", given="p1.angle"),
+            refused("study.random.p1.angle", given="p1.angle", code="given-twice"),
         ),
         (R1, {"random": {"psi": PSI["psi"], "p1": PSI["psi"]}}, "study.random.p1", refused("study.random.p1", given=None)),
         (
@@ -125,7 +135,12 @@ def rail() -> Machine:
             refused("study.random.psi.uniform[0]", code="dimension"),
         ),
         (R1, {"random": TWO, "sensitivity": True, "at": "1 kg"}, "study.at[0]", refused("study.at[0]", code="dimension")),
-        (rail(), {"along": "drum.mass", "random": {"b1": PSI["psi"]}}, "machine.drive", refused("machine.drive", given=None)),
+        (
+            rail(),
+            {"along": "drum.mass", "random": {"b1": PSI["psi"]}},
+            "machine.drive",
+            refused("machine.drive", code="nothing-turns"),
+        ),
     ],
 )
 def test_what_does_not_fit_the_machine(machine: Machine, asked: dict[str, Any], where: str, refusal: Refusal) -> None:

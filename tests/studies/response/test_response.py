@@ -81,10 +81,10 @@ def test_a_start_that_does_not_fit() -> None:
 @pytest.mark.parametrize(
     ("carrier", "refusal"),
     [
-        ({"directions": "fixed", "stiffness": None, "damping": 0.0}, refused("machine.carrier", given=None)),
+        ({"directions": "fixed", "stiffness": None, "damping": 0.0}, refused("machine.carrier", code="fixed")),
         (
             {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}},
-            refused("machine.carrier", given=None),
+            refused("machine.carrier", code="prescribed"),
         ),
     ],
 )

@@ -174,7 +174,7 @@ NOTHING = {"no drive": (DRIVE, ""), "no slope": ('"0.04 N m s"', "0"), "no speed
 @pytest.mark.parametrize("changes", NOTHING.values(), ids=NOTHING.keys())
 def test_what_nothing_turns_is_refused(study: Study, changes: tuple[str, str]) -> None:
     machine = load_machine(str(study(*changes)))
-    with refused("machine.drive", given=None):
+    with refused("machine.drive", "study.start", code="nothing-turns"):
         _run(machine, until=1)
     _, short = _run(machine, until=0.1, start={"drum": {"speed": 10}})
     assert short["outcome"] == "unidentified"
@@ -248,7 +248,7 @@ def test_a_prescribed_speed_gives_the_resonance_curve(study: Study) -> None:
 def test_a_rotor_that_is_held_does_not_turn(study: Study) -> None:
     drive = '[machine.drive]\nkind = "constant-speed"\nspeed = 0\n'
     machine = load_machine(str(study(DRIVE, drive)))
-    with refused("machine.drive", given=None):
+    with refused("machine.drive", "study.start", code="nothing-turns"):
         _run(machine, until=1)
     result, short = _run(machine, until=20, start={"p1": {"speed": 10}})
     assert short["outcome"] == "stopped"

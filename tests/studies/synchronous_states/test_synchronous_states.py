@@ -628,15 +628,15 @@ def test_the_map_of_a_family() -> None:
 
 
 def test_refused_machines() -> None:
-    with refused("machine.bodies", given=None):
+    with refused("machine.bodies", "study.kind", "torque-balance", code="single-body"):
         prepare(SynchronousStates(), machine(drive=MOTOR))
-    with refused("machine.bodies", "study.kind", "response", given=None):
+    with refused("machine.bodies", "study.kind", "response", code="single-body"):
         prepare(SynchronousStates(), machine())
-    with refused("machine.bodies", "disc", "s1", "study.kind", "run-up", given=None):
+    with refused("machine.bodies", "disc", "s1", "study.kind", "run-up", code="slider"):
         prepare(SynchronousStates(), load_machine("sperling-vibration/figure-7"))
-    with refused("machine.carrier.motion", "study.kind", "entrainment", given=None):
+    with refused("machine.carrier.motion", "study.kind", "entrainment", code="single-body"):
         prepare(SynchronousStates(), load_machine("sperling-vibration/sustained-rotation"))
-    with refused("machine.carrier.motion", given=None):
+    with refused("machine.carrier.motion", "study.kind", "entrainment", code="prescribed"):
         prepare(
             SynchronousStates(),
             machine_from(
@@ -716,7 +716,7 @@ def test_a_range_against_the_drive_is_refused() -> None:
 
 @pytest.mark.parametrize("given", [(0.0, 1e29), (0.0, 1e-300), (1e28, 1e29)])
 def test_a_range_out_of_reach_is_refused(given: tuple[float, float]) -> None:
-    with refused("study.range"):
+    with refused("study.range", "0.0445", given=list(given)):
         prepare(SynchronousStates(range=given), machine(0.012, 0.008, drive=MOTOR))
 
 

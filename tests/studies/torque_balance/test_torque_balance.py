@@ -230,8 +230,12 @@ def test_one_of_two_exciters() -> None:
     [
         ({"on": "p"}, INDUCTION, refused("study.on", given="p")),
         ({"start": {"q": 1}}, INDUCTION, refused("study.start.q", code="unknown-key")),
-        ({}, {"kind": "constant-speed", "speed": 10.0}, refused("machine.drive", given=None)),
-        ({}, None, refused("machine.drive", "fan", given=None)),
+        (
+            {},
+            {"kind": "constant-speed", "speed": 10.0},
+            refused("machine.drive", "fan", "response", code="prescribed"),
+        ),
+        ({}, None, refused("machine.drive", "fan", code="no-drive")),
     ],
 )
 def test_refused(question: dict[str, Any], drive: Any, refusal: Refusal) -> None:

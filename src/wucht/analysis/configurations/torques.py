@@ -66,7 +66,7 @@ class SteadyTorques:
         b = slow.equations.bodies
         if b.shaking is not None:
             sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
-            raise InputError("machine.carrier.motion", None, sentence)
+            raise InputError("machine.carrier.motion", None, sentence, code="prescribed")
 
         def matrix(m: sp.ImmutableMatrix) -> np.ndarray:
             return np.array(slow.machine.evaluate(*m), float).reshape(m.shape)

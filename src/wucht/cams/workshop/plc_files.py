@@ -147,7 +147,8 @@ def read_cam_table(path: Path, form: Form, unit: Unit) -> CamTable:
         raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}", code="unit")
     rows, announced = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
     if announced and len(rows) != int(announced.group(2)) - int(announced.group(1)) + 1:
-        raise InputError(str(path), None, f"it announces an array of another length than its {len(rows)} rows that can be read")
+        sentence = f"it announces an array of another length than its {len(rows)} rows that can be read"
+        raise InputError(str(path), None, sentence, code="count")
     if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):
         raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it", code="no-table")
     try:
@@ -176,6 +177,6 @@ def _check_rows(path: Path, values: np.ndarray) -> None:
     if not np.isfinite(values).all():
         raise InputError(str(path), None, "none of its values may be missing (NaN)", code="not-finite")
     if not (np.diff(master) > 0).all() or abs(master[0]) > _WHOLE or abs(master[-1] - 360) > _WHOLE:
-        raise InputError(str(path), None, "its master positions must rise from 0 to 360 deg")
+        raise InputError(str(path), None, "its master positions must rise from 0 to 360 deg", code="not-increasing")
     if slave[0] != slave[-1]:
         raise InputError(str(path), None, "its slave must come back to where it was after a turn", code="not-closed")

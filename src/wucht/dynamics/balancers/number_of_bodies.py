@@ -20,7 +20,7 @@ def with_bodies(machine: Machine, count: int) -> Machine:
     if count == len(names):
         return machine
     if machine.schedules:
-        raise InputError("study.bodies", count, "allowed only for a machine without schedules")
+        raise InputError("study.bodies", count, "allowed only for a machine without schedules", code="schedules")
     bodies = [p for p in machine.parts if isinstance(p, Body)]
     first = next(b for b in bodies if b.name == names[0])
     _check_equal(machine, names, count)

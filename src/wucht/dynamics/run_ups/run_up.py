@@ -190,7 +190,8 @@ def placed_at_start(
         raise InputError("study.speed_limit", speed_limit, "must be more than the speed that the drive prescribes")
     if not fastest and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
         why = "the machine has neither a drive nor an initial speed: nothing would turn"
-        raise InputError("machine.drive", None, f"{why}; needed is [machine.drive] or a speed in study.start")
+        needed = "needed is [machine.drive] or a speed in study.start"
+        raise InputError("machine.drive", None, f"{why}; {needed}", code="nothing-turns")
     return machine, initial
 
 

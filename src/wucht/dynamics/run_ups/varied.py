@@ -89,12 +89,13 @@ def varied_of(machine: Machine, name: str, key: str) -> Varied:
     """What a name means on a machine. Raises ``InputError`` at ``study.<key>``."""
     states, where = start_states(machine), f"study.{key}"
     if name in states and name in machine.parameters:
-        raise InputError(where, name, "not clear: this is the name of a start state and of a parameter")
+        raise InputError(where, name, "not clear: this is the name of a start state and of a parameter", code="two-meanings")
     prescribed = [b.name for b in machine.bodies if b.coordinate.prescribed is not None]
     if name.removesuffix(".angle").removesuffix(".speed") in prescribed and name not in machine.parameters:
-        raise InputError(where, name, "not allowed: the drive prescribes this body's motion")
+        raise InputError(where, name, "not allowed: the drive prescribes this body's motion", code="prescribed")
     if name not in states and name not in machine.parameters:
-        raise InputError(where, name, f"neither a start state nor a parameter; {nearest(name, [*states, *machine.parameters])}")
+        known = nearest(name, [*states, *machine.parameters])
+        raise InputError(where, name, f"neither a start state nor a parameter; {known}", code="unknown-name")
     if name in states:
         state = states[name]
         return Varied(name, state, state.what, state.unit.si)
@@ -108,7 +109,8 @@ def check_together(varied: Sequence[Varied], start: Mapping[str, Any], key: str,
     seen = dict.fromkeys(_stated(start), "study.start")
     for name, state in ((v.name, v.state) for v in varied if v.state is not None):
         if state.keys in seen:
-            raise InputError(f"study.{key}.{name}", name, f"this state is given by {seen[state.keys]} too; give it once")
+            twice = f"this state is given by {seen[state.keys]} too; give it once"
+            raise InputError(f"study.{key}.{name}", name, twice, code="given-twice")
         seen[state.keys] = other
 
 

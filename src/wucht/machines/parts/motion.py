@@ -8,6 +8,7 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from wucht.errors import FieldError
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.schema import Described, Parameter, Unit, is_pairs, si
 from wucht.system import TIME
@@ -49,7 +50,8 @@ class PrescribedMotion(Described):
     def _one_of_both(self) -> PrescribedMotion:
         given = [self.amplitude is not None, self.frequency is not None, self.points is not None]
         if given not in ([True, True, False], [False, False, True]):
-            raise ValueError("give amplitude and frequency, or table = FILE (points = [[time, displacement], ...])")
+            sentence = "give amplitude and frequency, or table = FILE (points = [[time, displacement], ...])"
+            raise FieldError(sentence, code="either-or")
         if self.points is not None and any(b[0] <= a[0] for a, b in zip(self.points, self.points[1:], strict=False)):
             raise ValueError("must be points whose times increase")
         return self

@@ -8,6 +8,7 @@ from typing import Self
 import sympy as sp
 from pydantic import Field
 
+from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, Part, Point, si
 from wucht.machines.parts.motion import SHAKING, PrescribedMotion
 from wucht.machines.parts.tuning import Inertia
@@ -100,7 +101,8 @@ class Support(Part):
     def check_motion(self) -> None:
         """The motion is in a direction that the carrier has. Raises ``ValueError(field, sentence)``."""
         if self.motion is not None and self.motion.direction not in self.labels:
-            raise ValueError("motion", f"must be a direction of the carrier: {', '.join(self.labels) or 'it has none'}")
+            sentence = f"must be a direction of the carrier: {', '.join(self.labels) or 'it has none'}"
+            raise FieldError("motion", sentence, code="direction")
 
 
 def is_negative(value: float | tuple[float, ...] | None) -> bool:

@@ -130,7 +130,9 @@ class CaptureProbability(EnsembleSpec):
                     "study.at", None, f"this key is missing; needed is the value of {self.along} for the sensitivity"
                 )
             if len(self.random) < 2:
-                raise InputError("study.sensitivity", True, "needed are two random quantities or more to compare")
+                raise InputError(
+                    "study.sensitivity", True, "needed are two random quantities or more to compare", code="too-few"
+                )
             if not _FEWEST <= self.base <= _MOST or self.base & (self.base - 1):
                 key = "samples" if self.sensitivity_samples is None else "sensitivity_samples"
                 allowed = f"with a sensitivity this must be a power of two from {_FEWEST} to {_MOST}"

@@ -24,7 +24,8 @@ def prepare(spec: Response, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
     if not machine.free_carrier:
         needed = "nothing here is free to vibrate: a response needs a carrier on springs, and this one is"
-        raise InputError("machine.carrier", None, f"{needed} {'fixed' if machine.shaken is None else 'moved as prescribed'}")
+        how, code = ("fixed", "fixed") if machine.shaken is None else ("moved as prescribed", "prescribed")
+        raise InputError("machine.carrier", None, f"{needed} {how}", code=code)
     steady = SteadyPhases.of(machine, spec.start, spec.bodies)
     return Plan(steady, spec.range or _speed_range(steady.machine), spec.points)
 

@@ -64,15 +64,15 @@ def _refuse_single(machine: Machine) -> None:
     rotor, single = machine.rotor, "a single body has no phases"
     if machine.shaken is not None:
         why = f"{single}; whether the carrier's motion entrains it is study.kind = 'entrainment'"
-        raise InputError("machine.carrier.motion", None, why)
+        raise InputError("machine.carrier.motion", None, why, code="single-body")
     if machine.sliders:
         why = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no phase of its own"
         advice = "study.kind = 'run-up' shows its motion"
-        raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {why}; {advice}")
+        raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {why}; {advice}", code="slider")
     advice = "at which speeds it can turn is study.kind = 'torque-balance'"
     if not machine.drives or rotor.coordinate.prescribed is not None:
         advice = "how it makes the carrier vibrate is study.kind = 'response'"
-    raise InputError("machine.bodies", None, f"{single}; {advice}")
+    raise InputError("machine.bodies", None, f"{single}; {advice}", code="single-body")
 
 
 def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques, speed: float) -> None:

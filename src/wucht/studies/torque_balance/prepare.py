@@ -40,10 +40,13 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
     steady = SteadyPhases.of(machine, spec.start, spec.bodies)
     if rotor.coordinate.prescribed is not None:
         why = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to be balanced"
-        raise InputError("machine.drive", None, f"{why}; study.kind = 'response' shows the torque that it takes")
+        advice = "study.kind = 'response' shows the torque that it takes"
+        raise InputError("machine.drive", None, f"{why}; {advice}", code="prescribed")
     turning = {b.name for b in machine.group(rotor)}
     if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
-        raise InputError("machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance")
+        raise InputError(
+            "machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance", code="no-drive"
+        )
     speeds = spec.range or _speed_range(steady, rotor)
     curves = tuple(TorqueCurves(steady.machine, rotor, forced, speeds, spec.points) for forced in steady.curves)
     return Plan(steady, curves, _searched(steady, speeds) if steady.branches else speeds)
