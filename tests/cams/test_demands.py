@@ -9,28 +9,28 @@ from wucht.cams.demands import at_least, finite, not_negative, places, positive
 
 @pytest.mark.parametrize("value", [0.0, -1e-9, float("nan"), float("inf")])
 def test_a_positive_number(value):
-    with refused("tolerance"):
+    with refused("tolerance", code="not-positive"):
         positive("tolerance", value)
     assert positive("tolerance", 1e-300) == 1e-300
 
 
 @pytest.mark.parametrize("value", [-1e-300, float("nan"), float("inf")])
 def test_a_number_that_is_not_negative(value):
-    with refused("damping"):
+    with refused("damping", code="negative"):
         not_negative("damping", value)
     assert not_negative("damping", 0.0) == 0.0
 
 
 @pytest.mark.parametrize("value", [2, -3, 3.5, float("nan"), True])
 def test_a_whole_number(value):
-    with refused("count"):
+    with refused("count", code="whole-number"):
         at_least("count", value, 3)
     assert at_least("count", np.int64(3), 3) == 3
 
 
 @pytest.mark.parametrize("value", [-1, 13, 2.5, float("nan"), True])
 def test_decimals(value):
-    with refused("decimals", "12"):
+    with refused("decimals", "12", code="decimals"):
         places("decimals", value)
     assert [places("decimals", d) for d in (0, 12)] == [0, 12]
 

@@ -157,7 +157,7 @@ def test_what_is_refused(tables, sentence):
 
 
 def test_what_is_missing_is_asked_for_where_it_is_needed():
-    with refused("follower", given=None):
+    with refused("follower", given=None, code="missing"):
         drive().cams(drive().motion.law)
-    with refused("speed", given=None):
+    with refused("speed", given=None, code="missing"):
         assert drive().turning

@@ -240,11 +240,11 @@ def test_weights_from_a_resonance_give_the_law_with_the_least_acceleration_of_th
 @pytest.mark.parametrize(
     ("values", "refusal"),
     [
-        ((0.0, 1.0, 0.0), refused("output.inertia", given=0.0)),
-        ((math.nan, 1.0, 0.0), refused("output.inertia", given=float("nan"))),
-        ((1.0, -1.0, 0.0), refused("output.stiffness", given=-1.0)),
-        ((1.0, math.inf, 0.0), refused("output.stiffness", given=float("inf"))),
-        ((1.0, 1.0, -0.1), refused("output.damping", given=-0.1)),
+        ((0.0, 1.0, 0.0), refused("output.inertia", given=0.0, code="not-positive")),
+        ((math.nan, 1.0, 0.0), refused("output.inertia", given=float("nan"), code="not-positive")),
+        ((1.0, -1.0, 0.0), refused("output.stiffness", given=-1.0, code="not-positive")),
+        ((1.0, math.inf, 0.0), refused("output.stiffness", given=float("inf"), code="not-positive")),
+        ((1.0, 1.0, -0.1), refused("output.damping", given=-0.1, code="negative")),
     ],
 )
 def test_an_impossible_output_is_refused(values, refusal):

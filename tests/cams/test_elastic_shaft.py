@@ -193,10 +193,10 @@ def test_an_undamped_shaft_in_resonance_says_so():
 @pytest.mark.parametrize(
     ("values", "refusal"),
     [
-        ((0.0, 1.0, 0.0), refused("shaft.inertia", given=0.0)),
-        ((1.0, 0.0, 0.0), refused("shaft.stiffness", given=0.0)),
-        ((1.0, math.nan, 0.0), refused("shaft.stiffness", given=float("nan"))),
-        ((1.0, 1.0, -1e-9), refused("shaft.damping", given=-1e-09)),
+        ((0.0, 1.0, 0.0), refused("shaft.inertia", given=0.0, code="not-positive")),
+        ((1.0, 0.0, 0.0), refused("shaft.stiffness", given=0.0, code="not-positive")),
+        ((1.0, math.nan, 0.0), refused("shaft.stiffness", given=float("nan"), code="not-positive")),
+        ((1.0, 1.0, -1e-9), refused("shaft.damping", given=-1e-09, code="negative")),
     ],
 )
 def test_an_impossible_shaft_is_refused(values, refusal):
@@ -206,7 +206,7 @@ def test_an_impossible_shaft_is_refused(values, refusal):
 
 @pytest.mark.parametrize("cam", CAMS)
 def test_an_output_of_negative_inertia_is_refused(cam):
-    with refused("load.inertia", given=-0.1):
+    with refused("load.inertia", given=-0.1, code="negative"):
         cam(LAW, -0.1)
 
 

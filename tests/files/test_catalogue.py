@@ -110,14 +110,14 @@ def test_the_others_carry_none(name):
 
 
 def test_a_wrong_name_is_answered_with_the_nearest():
-    with refused("drozdetskaya-2020/tabel-5.1", "drozdetskaya-2020/table-5.1", given=None):
+    with refused("drozdetskaya-2020/tabel-5.1", "drozdetskaya-2020/table-5.1", given=None, code="unknown-name"):
         load_machine("drozdetskaya-2020/tabel-5.1")
 
 
 @pytest.mark.parametrize(
     ("path", "value", "refusal"),
     [
-        ("v", 1.0, refused("machine.set.v", given=1.0)),
+        ("v", 1.0, refused("machine.set.v", given=1.0, code="unknown-parameter")),
         ("u", -1.0, refused("machine.parameters.u", code="limits")),
         ("u", "1 m", refused("machine.parameters.u", code="dimension")),
     ],
@@ -234,7 +234,10 @@ def test_a_key_above_its_table(tmp_path: Path, line: str, says: str) -> None:
 @pytest.mark.parametrize(
     ("setting", "refusal"),
     [
-        ('"p3.mass" = 1', refused("machine.set.p3.mass", "outer.toml", "p2", given=1, file="inner.toml")),
+        (
+            '"p3.mass" = 1',
+            refused("machine.set.p3.mass", "outer.toml", "p2", given=1, file="inner.toml", code="unknown-parameter"),
+        ),
         (
             '"p1.mass" = -1',
             refused("machine.bodies[1] (p1).mass", "outer.toml", "0 kg", given=-1, code="limits", file="inner.toml"),
@@ -254,6 +257,6 @@ def test_a_wrong_setting_is_told_at_the_file_that_has_it(here, setting, refusal,
         load_machine("outer.toml")
     assert caught.value.file == "inner.toml"
     if "p1" in setting:
-        with refused("machine.set.p4.mass", given=1, file="outer.toml"):
+        with refused("machine.set.p4.mass", given=1, file="outer.toml", code="unknown-parameter"):
             load_machine("outer.toml", {"p1.mass": 0.1, "p4.mass": 1})
         assert load_machine("outer.toml", {"p1.mass": 0.1}).values["p1.mass"] == 0.1

@@ -130,19 +130,39 @@ def test_loads_without_a_body_are_on_the_only_rotor():
 @pytest.mark.parametrize(
     ("path", "value", "refusal"),
     [
-        ("carrier.mounts.3.stiffness.x", 1.0, refused("machine.set.carrier.mounts.3.stiffness.x", given=1.0)),
-        ("carrier.mounts.0.stiffness.x", 1.0, refused("machine.set.carrier.mounts.0.stiffness.x", given=1.0)),
-        ("carrier.mounts.1.stifness.x", 1.0, refused("machine.set.carrier.mounts.1.stifness.x", "stiffness", given=1.0)),
-        ("carrier.mounts.1.stiffness.z", 1.0, refused("machine.set.carrier.mounts.1.stiffness.z", given=1.0)),
+        (
+            "carrier.mounts.3.stiffness.x",
+            1.0,
+            refused("machine.set.carrier.mounts.3.stiffness.x", given=1.0, code="unknown-parameter"),
+        ),
+        (
+            "carrier.mounts.0.stiffness.x",
+            1.0,
+            refused("machine.set.carrier.mounts.0.stiffness.x", given=1.0, code="unknown-parameter"),
+        ),
+        (
+            "carrier.mounts.1.stifness.x",
+            1.0,
+            refused("machine.set.carrier.mounts.1.stifness.x", "stiffness", given=1.0, code="unknown-parameter"),
+        ),
+        (
+            "carrier.mounts.1.stiffness.z",
+            1.0,
+            refused("machine.set.carrier.mounts.1.stiffness.z", given=1.0, code="unknown-parameter"),
+        ),
         ("carrier.mas", 1.0, refused("machine.carrier.mas", "mass", code="unknown-key")),
-        ("lefd.mass", 1.0, refused("machine.set.lefd.mass", "left", given=1.0)),
-        ("drive.slope.x", 1.0, refused("machine.set.drive.slope.x", given=1.0)),
-        ("tracks.u.contact_frequency", 1.0, refused("machine.set.tracks.u.contact_frequency", given=1.0)),
+        ("lefd.mass", 1.0, refused("machine.set.lefd.mass", "left", given=1.0, code="unknown-parameter")),
+        ("drive.slope.x", 1.0, refused("machine.set.drive.slope.x", given=1.0, code="pair")),
+        (
+            "tracks.u.contact_frequency",
+            1.0,
+            refused("machine.set.tracks.u.contact_frequency", given=1.0, code="unknown-parameter"),
+        ),
         ("tracks.t.frequency", 1.0, refused("machine.tracks.t.frequency", "contact_frequency", given=1.0)),
         ("tracks.t.contact_frequency", -1.0, refused("machine.tracks.t.contact_frequency", given=-1.0)),
         ("tracks.t.contact_frequency", "3 kg", refused("machine.tracks.t.contact_frequency", given="3 kg")),
-        ("loads.left.coefficient", 1.0, refused("machine.set.loads.left.coefficient", given=1.0)),
-        ("study.until", 1.0, refused("machine.set.study.until", given=1.0)),
+        ("loads.left.coefficient", 1.0, refused("machine.set.loads.left.coefficient", given=1.0, code="unknown-parameter")),
+        ("study.until", 1.0, refused("machine.set.study.until", given=1.0, code="study-key")),
         ("drive.slope", float("inf"), refused("machine.drive.slope", code="not-finite")),
         ("carrier.mass", "7 m", refused("machine.carrier.mass", code="dimension")),
         (
@@ -153,15 +173,27 @@ def test_loads_without_a_body_are_on_the_only_rotor():
         (
             "drive.transmission.ratoi",
             2.0,
-            refused("machine.set.drive.transmission.ratoi", "ratio", given=2.0),
+            refused("machine.set.drive.transmission.ratoi", "ratio", given=2.0, code="unknown-parameter"),
         ),
         ("drive.transmission.ratio", "2 m", refused("machine.drive.transmission.ratio", code="dimension")),
         ("drive.transmission.ratio", 0, refused("machine.drive.transmission.ratio", code="limits")),
-        ("drive.transmission.ratio.x", 1.0, refused("machine.set.drive.transmission.ratio.x", given=1.0)),
-        ("drive.transmision.ratio", 2.0, refused("machine.set.drive.transmision.ratio", "transmission", given=2.0)),
-        ("loads.left.viscous.transmission.ratio", 2.0, refused("machine.set.loads.left.viscous.transmission.ratio", given=2.0)),
-        ("carrier.mounts.1.at.z", 1.0, refused("machine.set.carrier.mounts.1.at.z", given=1.0)),
-        ("drive.stator.x", 1.0, refused("machine.set.drive.stator.x", given=1.0)),
+        (
+            "drive.transmission.ratio.x",
+            1.0,
+            refused("machine.set.drive.transmission.ratio.x", given=1.0, code="unknown-parameter"),
+        ),
+        (
+            "drive.transmision.ratio",
+            2.0,
+            refused("machine.set.drive.transmision.ratio", "transmission", given=2.0, code="unknown-parameter"),
+        ),
+        (
+            "loads.left.viscous.transmission.ratio",
+            2.0,
+            refused("machine.set.loads.left.viscous.transmission.ratio", given=2.0, code="unknown-parameter"),
+        ),
+        ("carrier.mounts.1.at.z", 1.0, refused("machine.set.carrier.mounts.1.at.z", given=1.0, code="unknown-parameter")),
+        ("drive.stator.x", 1.0, refused("machine.set.drive.stator.x", given=1.0, code="unknown-parameter")),
     ],
 )
 def test_paths_that_lead_nowhere_are_refused(path, value, refusal):

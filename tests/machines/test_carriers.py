@@ -329,7 +329,7 @@ def test_a_fixed_axis():
         ({"directions": "xyr", "mass": 1.0, "inertia": 1.0, "mounts": [MOUNTS[2] | {"stiffness": [-1.0, 1.0]}]}, {},
          refused("machine.carrier.mounts", code="limits")),
         ({"directions": "xyr", "stiffness": 1.0, "inertia": 1.0}, {}, refused("machine.carrier.mass", code="missing")),
-        ({"directions": "r", "inertia": 1.0}, {}, refused("machine.carrier.rotation_stiffness", given=None)),
+        ({"directions": "r", "inertia": 1.0}, {}, refused("machine.carrier.rotation_stiffness", given=None, code="missing")),
         ({"directions": "x"}, {}, refused("machine.carrier.stiffness", code="missing")),
         ({"stiffness": 1.0}, {"position": [0.1, 0.0]},
          refused("machine.bodies[0] (drum).position", "xyr", "xy", given=[0.1, 0.0])),

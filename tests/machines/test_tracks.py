@@ -267,7 +267,7 @@ def test_bodies_of_which_none_is_named_stand_evenly_spaced():
         ([ball("a", diameter=0.3), ball("b")], refused("machine.bodies[1] (a).diameter", given=0.3)),
         (
             [{k: v for k, v in ball("a").items() if k != "diameter"}, ball("b")],
-            refused("machine.bodies[1] (a).diameter", given=None),
+            refused("machine.bodies[1] (a).diameter", given=None, code="missing"),
         ),
         ([ball("a", suspension=[0.01, 0.0]), ball("b")], refused("machine.bodies[1] (a).suspension", given=[0.01, 0.0])),
         ([ball("a", restitution=1.2), ball("b")], refused("machine.bodies[1] (a).restitution", "0.01", code="limits")),

@@ -89,16 +89,20 @@ def test_the_signal_may_have_its_own_times():
 @pytest.mark.parametrize(
     ("shaft", "per_turn", "refusal"),
     [
-        (None, 3, refused("r.csv: vibration", given=3)),
-        (None, 16.5, refused("r.csv: vibration", given=16.5)),
-        (None, 2000, refused("r.csv: vibration", "913", given=2000)),
+        (None, 3, refused("r.csv: vibration", given=3, code="whole-number")),
+        (None, 16.5, refused("r.csv: vibration", given=16.5, code="whole-number")),
+        (None, 2000, refused("r.csv: vibration", "913", given=2000, code="too-few")),
         (angle_record(np.linspace(0, 0.9 * PERIOD, 900)), 16, refused("r.csv: vibration", code="no-turn")),
         (
             angle_record(np.linspace(20 * PERIOD, 25 * PERIOD, 900)),
             16,
             refused("r.csv: vibration", code="other-times"),
         ),
-        (angle_signal(channel(T, np.sin(OMEGA * T / 4) * 30, "rad", "angle")), 16, refused("r.csv: angle", given=None)),
+        (
+            angle_signal(channel(T, np.sin(OMEGA * T / 4) * 30, "rad", "angle")),
+            16,
+            refused("r.csv: angle", given=None, code="turns-back"),
+        ),
     ],
 )
 def test_what_cannot_be_tracked(shaft, per_turn, refusal):

@@ -15,7 +15,7 @@ T = np.linspace(0, 1, 4001)
 
 def test_a_list_of_instants():
     assert pulse_times(channel(np.arange(3.0), np.array([1, 2, 4]), "ms", "p")).tolist() == [0.001, 0.002, 0.004]
-    with refused("r.csv: p", "sample 3", given=None):
+    with refused("r.csv: p", "sample 3", given=None, code="not-increasing"):
         pulse_times(channel(np.arange(3.0), np.array([1, 3, 2]), "s", "p"))
 
 
@@ -59,9 +59,9 @@ def test_a_dip_is_no_pulse():
 @pytest.mark.parametrize(
     ("values", "refusal"),
     [
-        (np.full(5, 3.3), refused("r.csv: p", "3.3", given=None)),
-        ([0, 0, 1, 1, 1], refused("r.csv: p", "1 times", given=None)),
-        ([1, 1, 0, 0, 0], refused("r.csv: p", "0 times", given=None)),
+        (np.full(5, 3.3), refused("r.csv: p", "3.3", given=None, code="constant")),
+        ([0, 0, 1, 1, 1], refused("r.csv: p", "1 times", given=None, code="too-few")),
+        ([1, 1, 0, 0, 0], refused("r.csv: p", "0 times", given=None, code="too-few")),
     ],
 )
 def test_no_pulses(values, refusal):
@@ -86,7 +86,7 @@ def test_missing_pulses(missing):
 
 @pytest.mark.parametrize("at", [0.24, 3.05, 6.27])
 def test_a_pulse_too_many(at):
-    with refused("w", "too many", given=None):
+    with refused("w", "too many", given=None, code="pulse-too-many"):
         check_even(np.sort(np.append(np.arange(64) / 10, at)), "w")
 
 

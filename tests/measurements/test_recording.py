@@ -76,11 +76,11 @@ def test_what_is_said_of_a_channel_counts():
 @pytest.mark.parametrize(
     ("time", "values", "refusal"),
     [
-        (T, [1.0, 2.0], refused("r.csv: x", "at each time", given=None)),
-        ([0.0], [1.0], refused("r.csv: x", "two samples", "1", given=None)),
-        ([], [], refused("r.csv: x", "two samples", "0", given=None)),
-        ([0, 1, 1], [1, 2, 3], refused("r.csv: x", "1 s", given=None)),
-        ([0, 2, 1], [1, 2, 3], refused("r.csv: x", "1 s", "2 s", given=None)),
+        (T, [1.0, 2.0], refused("r.csv: x", "at each time", given=None, code="count")),
+        ([0.0], [1.0], refused("r.csv: x", "two samples", "1", given=None, code="too-few")),
+        ([], [], refused("r.csv: x", "two samples", "0", given=None, code="too-few")),
+        ([0, 1, 1], [1, 2, 3], refused("r.csv: x", "1 s", given=None, code="not-increasing")),
+        ([0, 2, 1], [1, 2, 3], refused("r.csv: x", "1 s", "2 s", given=None, code="not-increasing")),
         (T, [1, np.nan, np.inf], refused("r.csv: x", code="not-finite")),
         ([0, np.nan, 1], [1, 2, 3], refused("r.csv: x", code="not-finite")),
         (T, [1, 1e308, -1e308], refused("r.csv: x", "1e+30", "1e+308", given=None)),
@@ -105,7 +105,7 @@ def test_a_recording_of_arrays():
     assert recording.names == ("speed", "angle")
     assert recording.channel("speed").unit == "rpm"
     assert recording.channel("speed", SPEED).values[0] == pytest.approx(np.pi / 30)
-    with refused("made: angle", given=None):
+    with refused("made: angle", given=None, code="count"):
         recording.channel("angle")
     with refused("made", "speed", given="sped"):
         recording.channel("sped")

@@ -73,7 +73,7 @@ def test_pulses():
     for per_turn in (0, -3, 2.5, True):
         with refused("r.csv: pulses", "pulses per turn"):
             pulse_signal(channel(T, T, "s", "pulses"), per_turn)
-    with refused("r.csv: pulses", "missing", given=None):
+    with refused("r.csv: pulses", "missing", given=None, code="pulses-missing"):
         pulse_signal(channel(np.delete(T, 50), np.delete(T, 50), "s", "pulses"), 16)
 
 
@@ -138,8 +138,8 @@ def test_it_can_be_said():
 @pytest.mark.parametrize(
     ("asked", "refusal"),
     [
-        (("x",), refused("f.csv: x", "key quantity", "speed", "angle", "pulses", given=None)),
-        (("pulses",), refused("f.csv: pulses", "pulses_per_turn", given=None)),
+        (("x",), refused("f.csv: x", "key quantity", "speed", "angle", "pulses", given=None, code="no-quantity")),
+        (("pulses",), refused("f.csv: pulses", "pulses_per_turn", given=None, code="missing")),
         (("sped",), refused("f.csv", "did you mean 'speed 1'", given="sped")),
         (("n", None, None, "indx"), refused("f.csv", "index", given="indx")),
         (("n", "angle"), refused("f.csv: n", given="rpm", code="dimension")),
@@ -165,7 +165,7 @@ def test_german_names(name, quantity):
 
 
 def test_an_angular_acceleration_is_no_angle():
-    with refused("f.csv: Winkelbeschleunigung", "key quantity", given=None):
+    with refused("f.csv: Winkelbeschleunigung", "key quantity", given=None, code="no-quantity"):
         shaft_signal(Recording.of("f.csv", T, {"Winkelbeschleunigung": T}), "Winkelbeschleunigung")
 
 
@@ -195,10 +195,10 @@ def test_a_pulse_too_many_and_what_to_do():
     t = np.linspace(0, 2, 4001)
     wave = np.where((8 * t) % 1 < 0.5, 5.0, 0.0)
     wave[1001:1003] = 1.6, 3.2  # a glitch in the middle of a low half
-    with refused("r.csv: pulses", "0.1", given=None):
+    with refused("r.csv: pulses", "0.1", given=None, code="pulse-too-many"):
         pulse_signal(channel(t, wave, "V", "pulses"), 8, hysteresis=0.1)
     assert len(pulse_signal(channel(t, wave, "V", "pulses"), 8).time) == 16
     times = np.append(np.arange(30) / 10, 1.04)
     times.sort()
-    with refused("r.csv: pulses", "1.04 s", given=None):
+    with refused("r.csv: pulses", "1.04 s", given=None, code="pulse-too-many"):
         pulse_signal(channel(times, times, "s", "pulses"), 8)

@@ -103,8 +103,8 @@ def test_other_letters_than_utf_8(read):
 @pytest.mark.parametrize(
     ("text", "refusal"),
     [
-        ("", refused("r.csv", "no row", given=None)),
-        ("time, speed\n", refused("r.csv", "no row", given=None)),
+        ("", refused("r.csv", "no row", given=None, code="no-rows")),
+        ("time, speed\n", refused("r.csv", "no row", given=None, code="no-rows")),
         ("time, speed\n0, 1\n1, x\n", refused("r.csv: speed", "line 3", "x", code="no-number")),
         ("time, speed\n0, 1\n\n# c\n1, nan\n", refused("r.csv: speed", "line 5", "nan", code="no-number")),
         ("time, speed\n0, 1\n1, -inf\n", refused("r.csv: speed", "line 3", "-inf", code="no-number")),
@@ -116,10 +116,10 @@ def test_other_letters_than_utf_8(read):
         ),
         ("time, n\n0, 1\n1\n", refused("r.csv", "line 3", "2 columns", code="count")),
         ("time; speed\n0; 1\n1; 2; 3\n2; 3\n", refused("r.csv", "line 3", "2 columns", "3", code="count")),
-        ("time, speed\n0, 1, 2\n1, 2, 3\n", refused("r.csv", "line 2", "3 columns", "2", given=None)),
-        ("time, x, x\n0, 1, 2\n1, 2, 3\n", refused("r.csv", "x", given=None)),
-        ("time; speed\n0,5; 1\n0,5; 2\n", refused("r.csv: speed", "0.5 s", given=None)),
-        ("time, speed\n0, 1\n", refused("r.csv: time", given=None)),
+        ("time, speed\n0, 1, 2\n1, 2, 3\n", refused("r.csv", "line 2", "3 columns", "2", given=None, code="no-heading")),
+        ("time, x, x\n0, 1, 2\n1, 2, 3\n", refused("r.csv", "x", given=None, code="name-twice")),
+        ("time; speed\n0,5; 1\n0,5; 2\n", refused("r.csv: speed", "0.5 s", given=None, code="not-increasing")),
+        ("time, speed\n0, 1\n", refused("r.csv: time", given=None, code="too-few")),
         ("0,5 1,5\n1,5 2,5\n", refused("r.csv: 2", "line 1", "5 1", code="no-number")),
     ],
 )

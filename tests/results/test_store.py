@@ -53,5 +53,5 @@ def test_what_a_killed_process_left_is_removed_once_it_is_old(tmp_path: Path) ->
 
 def test_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "result.nc").mkdir()
-    with refused("-o", "result.nc"):
+    with refused("-o", "result.nc", code="folder"):
         prepare_folder(tmp_path, ["result.nc"])

@@ -356,7 +356,7 @@ def test_where_no_scheduler_is(marked: Path, monkeypatch: pytest.MonkeyPatch, ad
 
 def test_without_dask(marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with refusals.refused("--scheduler", "dask.distributed", "wucht[cluster]", given="tcp://127.0.0.1:1"):
+    with refusals.refused("--scheduler", "dask.distributed", "wucht[cluster]", given="tcp://127.0.0.1:1", code="no-extra"):
         ask(TiledSquares(), marked, scheduler="tcp://127.0.0.1:1")
 
 

@@ -115,5 +115,5 @@ engine = "scipy"
     before = run_file(path, folder=folder)
     assert run_file(path, folder=folder, resume=True).attrs["created"] == before.attrs["created"]
     path.write_text(text.format(speed=300), encoding="utf-8")
-    with refused("--resume", given=None):
+    with refused("--resume", given=None, code="other-question"):
         run_file(path, folder=folder, resume=True)

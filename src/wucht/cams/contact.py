@@ -51,10 +51,10 @@ class FollowerLoad:
     def __post_init__(self) -> None:
         for name in ("inertia", "output_inertia", "stiffness", "damping"):
             if not (math.isfinite(value := getattr(self, name)) and value >= 0):
-                raise InputError(name, value, "must be a finite number, not negative")
+                raise InputError(name, value, "must be a finite number, not negative", code="negative")
         for name in ("preload", "constant"):
             if not math.isfinite(value := getattr(self, name)):
-                raise InputError(name, value, "must be a finite number")
+                raise InputError(name, value, "must be a finite number", code="not-finite")
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +192,7 @@ def _inertial(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction:
 def _speed(speed: Speed) -> _Function:
     omega = speed if callable(speed) else _sampled(np.asarray(speed, float))
     if not (np.isfinite(omega(GRID)) & (omega(GRID) >= 0)).all():
-        raise InputError("speed", None, "it must be a number, and nowhere negative (in rad/s)")
+        raise InputError("speed", None, "it must be a number, and nowhere negative (in rad/s)", code="negative")
     return omega
 
 
@@ -200,7 +200,7 @@ def _sampled(values: np.ndarray) -> Harmonics:
     if values.ndim == 0:
         return Harmonics.of(float(values))
     if values.ndim != 1 or len(values) < 3:
-        raise InputError("speed", None, "samples must be one row of 3 or more over a turn of the cam")
+        raise InputError("speed", None, "samples must be one row of 3 or more over a turn of the cam", code="shape")
     return Harmonics.sampled(values)
 
 

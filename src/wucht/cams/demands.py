@@ -14,28 +14,28 @@ MOST_DECIMALS = 12
 def positive(where: str, value: float) -> float:
     """A finite number above zero. Raises ``InputError``."""
     if not (math.isfinite(value) and value > 0):
-        raise InputError(where, value, "must be a positive number")
+        raise InputError(where, value, "must be a positive number", code="not-positive")
     return float(value)
 
 
 def not_negative(where: str, value: float) -> float:
     """A finite number that is not below zero. Raises ``InputError``."""
     if not (math.isfinite(value) and value >= 0):
-        raise InputError(where, value, "must not be negative")
+        raise InputError(where, value, "must not be negative", code="negative")
     return float(value)
 
 
 def at_least(where: str, value: int, least: int) -> int:
     """A whole number from ``least`` on. Raises ``InputError``."""
     if not _whole(value) or value < least:
-        raise InputError(where, value, f"it must be a whole number, {least} or more")
+        raise InputError(where, value, f"it must be a whole number, {least} or more", code="whole-number")
     return int(value)
 
 
 def places(where: str, value: int) -> int:
     """A number of decimals, 0 to 12. Raises ``InputError``."""
     if not _whole(value) or not 0 <= value <= MOST_DECIMALS:
-        raise InputError(where, value, f"decimals must be a whole number from 0 to {MOST_DECIMALS}")
+        raise InputError(where, value, f"decimals must be a whole number from 0 to {MOST_DECIMALS}", code="decimals")
     return int(value)
 
 

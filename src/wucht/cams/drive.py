@@ -69,7 +69,7 @@ class CamDrive:
         Raises ``InputError`` where there is no follower, or the lever would lose its cams.
         """
         if self.follower is None:
-            raise InputError("follower", None, "the table [follower] is missing")
+            raise InputError("follower", None, "the table [follower] is missing", code="missing")
         return self.follower.cams(self.lever(output))
 
     @cached_property
@@ -81,7 +81,9 @@ class CamDrive:
     def turning(self) -> ShaftMotion:
         """The motion of the shaft. Raises ``InputError`` where nothing says it."""
         if self.speed is None:
-            raise InputError("speed", None, "the table [speed] is missing: the speed of the camshaft over a turn")
+            raise InputError(
+                "speed", None, "the table [speed] is missing: the speed of the camshaft over a turn", code="missing"
+            )
         return self.speed.shaft(self.measured)
 
     @cached_property
@@ -135,7 +137,7 @@ def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDriv
     """The drive that the tables of a cam file describe. Raises ``InputError``: which key, what was given, what is allowed."""
     tables = {name: dict(table(dict(document), name, name)) for name in TABLES if name in document}
     if "law" not in tables:
-        raise InputError("law", None, "the table [law] is missing: the motion that the output is to make")
+        raise InputError("law", None, "the table [law] is missing: the motion that the output is to make", code="missing")
     kinds: Mapping[str, Mapping[str, type[Any]]] = {"law": laws(), "follower": followers(), "linkage": linkages()}
     built: dict[str, Any] = {}
     for name in reversed(TABLES):  # the law last: the others say whether its output turns or slides

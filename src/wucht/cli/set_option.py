@@ -37,7 +37,7 @@ def parse_lists(given: list[str]) -> dict[str, list[Any]]:
         if not equals or not key.strip() or not all(texts):
             raise InputError("--vary", item, "must be KEY=VALUE,VALUE,..., such as drive.slope=0.02,0.03")
         if (path := _path("--vary", key)) in lists:
-            raise InputError("--vary", item, f"{path} is varied already; give all of its values at once")
+            raise InputError("--vary", item, f"{path} is varied already; give all of its values at once", code="given-twice")
         lists[path] = [_value(f"--vary {path}", text) for text in texts]
     return lists
 

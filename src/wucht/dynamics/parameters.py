@@ -16,9 +16,11 @@ Quantity = float | str  # in the unit of a parameter of the subject
 def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along") -> Parameter:
     """The parameter of a path. Raises ``InputError`` at ``study.<key>``: no such parameter, or one that follows a schedule."""
     if path not in subject.parameters:
-        raise InputError(f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}")
+        raise InputError(
+            f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}", code="unknown-parameter"
+        )
     if isinstance(subject, Machine) and any(s.parameter == path for s in subject.schedules):
-        raise InputError(f"study.{key}", path, "not allowed: this parameter follows a schedule")
+        raise InputError(f"study.{key}", path, "not allowed: this parameter follows a schedule", code="scheduled")
     return subject.parameters[path]
 
 

@@ -55,7 +55,7 @@ def locate(name: str, beside: Path | None = None) -> Path:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
         raise InputError.of_file(direct, "there is no such file")
-    raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}")
+    raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}", code="unknown-name")
 
 
 def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path]:

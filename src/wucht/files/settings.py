@@ -61,11 +61,11 @@ def _set(document: Document, path: str, value: Any) -> None:
     head, *rest = path.split(".")
     where = f"machine.set.{path}"
     if head == "study":
-        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE")
+        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE", code="study-key")
     if "model" in document:
         known = fields_of(models()[choice(document, "model", "machine", models())])
         if rest or head not in known:
-            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}")
+            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}", code="unknown-parameter")
         document.setdefault("parameters", {})
         table(document, "parameters", "machine.parameters")[head] = value
         return
@@ -73,9 +73,11 @@ def _set(document: Document, path: str, value: Any) -> None:
     key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
     if path in parts:
         inside = ", ".join(sorted(_keys_in(*parts[path]))) or "none"
-        raise InputError(where, value, f"this is a part; set one of its keys as {path}.KEY: {inside}")
+        raise InputError(where, value, f"this is a part; set one of its keys as {path}.KEY: {inside}", code="part")
     if key is None:
-        raise InputError(where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'")
+        raise InputError(
+            where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'", code="unknown-parameter"
+        )
     described, cls = parts[key]
     _set_inside(described, path[len(key) + 1 :].split("."), value, where, key, cls)
 
@@ -105,13 +107,15 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str,
             return
         elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
             both = where.removeprefix("machine.set.").rpartition(".")[0]
-            raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]")
+            raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]", code="pair")
         else:
             break
     known = {} if cls is None else fields_of(cls, given=True)
     if len(inner) != 1 or not isinstance(target, dict) or (not target and cls is not None and inner[0] not in known):
         beside = dict.fromkeys([*(target if isinstance(target, dict | list) else ()), *known])
-        raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}")
+        raise InputError(
+            where, value, f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}", code="unknown-parameter"
+        )
     for other in _INSTEAD.get(inner[0], ()):
         target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
     target[inner[0]] = value

@@ -141,7 +141,7 @@ def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tuple[Shaf
     for i, shaft in enumerate(labelled):
         place = shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"
         if not shaft.on and "on" not in shafts[i].model_fields_set:
-            raise InputError(f"{place}.on", None, "this key is missing; needed is the name of the body")
+            raise InputError(f"{place}.on", None, "this key is missing; needed is the name of the body", code="missing")
         if shaft.on not in names:
             raise InputError(f"{place}.on", shaft.on, f"there is no such body; {nearest(shaft.on, names)}")
     return labelled
@@ -236,9 +236,13 @@ def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -
     on_carrier = [b.name for b in bodies if b.reference is None]
     for b in bodies:
         if b.release and b.name in prescribed:
-            raise InputError(f"{b.path}.release", None, "not allowed: the drive prescribes this body's motion")
+            raise InputError(
+                f"{b.path}.release", None, "not allowed: the drive prescribes this body's motion", code="prescribed"
+            )
         if b.release and b.release.speed is not None and on_carrier == [b.name]:
-            raise InputError(f"{b.path}.release", None, "must be { time = ... }: no other body's speed can release it")
+            raise InputError(
+                f"{b.path}.release", None, "must be { time = ... }: no other body's speed can release it", code="out-of-reach"
+            )
 
 
 def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:

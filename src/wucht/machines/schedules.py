@@ -82,7 +82,9 @@ def _schedules(
     frequency = _schedule(described, parameters, time, where)
     if "voltage" not in described:
         if "boost" in described:
-            raise InputError(f"{where}.boost", described["boost"], 'allowed only with voltage = "proportional"')
+            raise InputError(
+                f"{where}.boost", described["boost"], 'allowed only with voltage = "proportional"', code="not-allowed"
+            )
         return (frequency,)
     choice(described, "voltage", where, ("proportional",))
     drive, _, key = frequency.parameter.rpartition(".")
@@ -95,7 +97,9 @@ def _schedules(
     full = parameters[voltage].value
     boost = read_quantity(Unit("V", "boost, the voltage at 0 Hz"), described.get("boost", 0.0), f"{where}.boost")
     if not 0 <= boost <= full:
-        raise InputError(f"{where}.boost", described["boost"], f"must be a voltage of a phase from 0 to {full:.6g} V")
+        raise InputError(
+            f"{where}.boost", described["boost"], f"must be a voltage of a phase from 0 to {full:.6g} V", code="limits"
+        )
     pieces = proportional_voltage(voltage, frequency.pieces, (parameters[rated].value, full), boost)
     return frequency, Schedule(voltage, pieces)
 
@@ -105,16 +109,20 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     path = described.get("parameter")
     at = f"{where}.parameter"
     if not isinstance(path, str) or path not in parameters:
-        raise InputError(at, path, f"must be a parameter of the machine; {nearest(str(path), parameters)}")
+        raise InputError(
+            at, path, f"must be a parameter of the machine; {nearest(str(path), parameters)}", code="unknown-parameter"
+        )
     if path.endswith(_MOMENTS) or (path.startswith(("drive.", "drives.")) and path.endswith(".angle")):
-        raise InputError(at, path, "not allowed: this parameter counts at one moment, and does not change over time")
+        raise InputError(
+            at, path, "not allowed: this parameter counts at one moment, and does not change over time", code="one-moment"
+        )
     if path.startswith("carrier.motion."):
         sentence = "not allowed: the phase of a prescribed motion would run away; give it as a table of displacements over time"
-        raise InputError(at, path, sentence)
+        raise InputError(at, path, sentence, code="prescribed")
     points = described.get("points")
     if not points or not is_pairs(points):
         sentence = 'must be a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
-        raise InputError(f"{where}.points", points, sentence)
+        raise InputError(f"{where}.points", points, sentence, code="pairs")
     units = (Unit(time, "time"), Unit(parameters[path].unit, parameters[path].what))
     numbers = [
         [read_quantity(u, x, f"{where}.points[{k}][{j}]") for j, (u, x) in enumerate(zip(units, point, strict=True))]
@@ -122,7 +130,7 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     ]
     times, values = zip(*numbers, strict=True)
     if any(b <= a for a, b in pairwise(times)):
-        raise InputError(f"{where}.points", points, "must be points whose times increase")
+        raise InputError(f"{where}.points", points, "must be points whose times increase", code="not-increasing")
     kind = choice({"interpolation": "linear"} | dict(described), "interpolation", where, _INTERPOLATIONS)
     return Schedule(path, interpolated(path, times, values, kind))
 

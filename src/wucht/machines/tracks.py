@@ -41,10 +41,12 @@ def tracks_of(bodies: Sequence[Tracked], frequency: Mapping[str, float], given: 
         for b in together[1:]:
             place = f"{b.path}.track"
             if b.reference != first.reference:
-                raise InputError(place, b.track, f"{first.name!r} of this track turns about {first.reference!r}")
+                raise InputError(
+                    place, b.track, f"{first.name!r} of this track turns about {first.reference!r}", code="other-centre"
+                )
             if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
                 circle = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
-                raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m")
+                raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m", code="other-circle")
         if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
             raise InputError(f"{first.path}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
     return tuple(Track(name, tuple(ts), frequency[name], name in given) for name, ts in by_track.items() if len(ts) > 1)

@@ -23,12 +23,12 @@ def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
         allowed = (
             f"the shaft stands: {omega:.4g} rad/s on average, {turns:.2g} turns in {span:.4g} s; are column and unit right?"
         )
-        raise InputError(where, None, allowed)
+        raise InputError(where, None, allowed, code="stands-still")
     if turns < 0:
         allowed = (
             f"the shaft turns backwards ({omega:.4g} rad/s on average): turn the sign with the key scale, as in scale = -1"
         )
-        raise InputError(where, None, allowed)
+        raise InputError(where, None, allowed, code="turns-back")
     if turns < 1:
         told = f"the record is shorter than a turn ({turns:.2g} turns at {omega:.4g} rad/s)"
         allowed = f"{told}: record several turns, or check the unit of the speed"

@@ -76,7 +76,7 @@ def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
     from scipy.interpolate import CubicSpline
 
     if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 4:
-        raise InputError(signal.where, per_turn, "the samples per turn must be a whole number, 4 or more")
+        raise InputError(signal.where, per_turn, "the samples per turn must be a whole number, 4 or more", code="whole-number")
     time, angle = _both(signal, shaft)
     first = math.ceil(angle[0] / TURN - 1e-9)
     turns = math.floor(angle[-1] / TURN + 1e-9) - first
@@ -87,12 +87,17 @@ def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
     most = TURN / fastest / float(np.median(np.diff(signal.time)))
     if per_turn > most:
         allowed = f"the signal has {most:.3g} samples in the fastest turn; there must not be more per turn"
-        raise InputError(signal.where, per_turn, allowed)
+        raise InputError(signal.where, per_turn, allowed, code="too-few")
     finer = math.ceil(_FINER * most / per_turn)
     fine = per_turn * finer
     at = CubicSpline(angle, time)(TURN * (first + np.arange(turns * fine) / fine))
     if not (np.diff(at) > 0).all():
-        raise InputError(shaft.where, None, "the angle is too noisy or too coarse: between its samples it seems to turn back")
+        raise InputError(
+            shaft.where,
+            None,
+            "the angle is too noisy or too coarse: between its samples it seems to turn back",
+            code="too-noisy",
+        )
     at = np.clip(at, signal.time[0], signal.time[-1])
     values = _without_high_orders(CubicSpline(signal.time, signal.values)(at), turns * per_turn)
     return AngleSamples(signal.where, per_turn, TURN * first, at[::finer], values)
@@ -103,7 +108,7 @@ def _both(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
     time, angle = shaft.angle()
     if not (np.diff(angle) > 0).all():
         allowed = "the angle must increase all the time for order tracking; smooth it, or turn the sign round"
-        raise InputError(shaft.where, None, allowed)
+        raise InputError(shaft.where, None, allowed, code="turns-back")
     low, high = max(time[0], signal.time[0]), min(time[-1], signal.time[-1])
     inside = (time >= low) & (time <= high)
     if inside.sum() < 4:

@@ -32,7 +32,7 @@ def pulse_times(channel: Channel, level: float | None = None, hysteresis: float 
     times = rising_crossings(channel, level, hysteresis)
     if len(times) < least:
         allowed = f"there must be at least {least} pulses; the signal rises through its middle {len(times)} times"
-        raise InputError(channel.where, None, allowed)
+        raise InputError(channel.where, None, allowed, code="too-few")
     return times
 
 
@@ -45,7 +45,9 @@ def rising_crossings(channel: Channel, level: float | None = None, hysteresis: f
     x, time = channel.values, channel.time
     low, high = float(x.min()), float(x.max())
     if low == high:
-        raise InputError(channel.where, None, f"the signal is constant ({low:.6g}): no pulses; is this the right column?")
+        raise InputError(
+            channel.where, None, f"the signal is constant ({low:.6g}): no pulses; is this the right column?", code="constant"
+        )
     middle, away = (low + high) / 2 if level is None else level, hysteresis * (high - low)
     state = np.where(x > middle + away, 1, np.where(x < middle - away, -1, 0))
     known = np.flatnonzero(state)
@@ -73,9 +75,9 @@ def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> No
             f"pulses are missing between {times[i]:.6g} s and {times[i + 1]:.6g} s: the interval is {steps[i] / usual[i]:.3g} "
             "times those around it; cut the record there (a wheel with missing teeth cannot be read)"
         )
-        raise InputError(where, None, allowed)
+        raise InputError(where, None, allowed, code="pulses-missing")
     false = np.flatnonzero(steps[:-1] + steps[1:] < _FALSE * np.minimum(usual[:-1], usual[1:]))
     if len(false):
         i = int(false[0]) + 1
         allowed = f"there is a pulse too many near {times[i]:.6g} s: {remedy}, or cut the record there"
-        raise InputError(where, None, allowed)
+        raise InputError(where, None, allowed, code="pulse-too-many")

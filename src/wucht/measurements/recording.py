@@ -41,15 +41,23 @@ class Channel:
         times, values = len(self.time), len(self.values)
         if times != values:
             raise InputError(
-                self.where, None, f"there must be one value at each time; there are {values} values and {times} times"
+                self.where,
+                None,
+                f"there must be one value at each time; there are {values} values and {times} times",
+                code="count",
             )
         if times < 2:
-            raise InputError(self.where, None, f"there must be at least two samples; found {times}")
+            raise InputError(self.where, None, f"there must be at least two samples; found {times}", code="too-few")
         back = np.flatnonzero(np.diff(self.time) <= 0)
         if len(back):
             i = int(back[0])
             after = f"sample {i + 2} is at {self.time[i + 1]:.9g} s, the one before it at {self.time[i]:.9g} s"
-            raise InputError(self.where, None, f"the time must increase: {after}; sort the samples and take out repeated ones")
+            raise InputError(
+                self.where,
+                None,
+                f"the time must increase: {after}; sort the samples and take out repeated ones",
+                code="not-increasing",
+            )
 
     @property
     def where(self) -> str:

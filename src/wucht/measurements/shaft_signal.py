@@ -151,7 +151,7 @@ def shaft_signal(
         return angle_signal(channel, zero, away)
     if per_turn is None:
         allowed = "say how many pulses the encoder gives a turn, with the key pulses_per_turn"
-        raise InputError(channel.where, None, allowed)
+        raise InputError(channel.where, None, allowed, code="missing")
     return pulse_signal(channel, per_turn, zero, away)
 
 
@@ -168,7 +168,7 @@ def _quantity(channel: Channel) -> Quantity:
         except ValueError:
             continue
     allowed = 'say what this column holds of the shaft, with the key quantity: "speed", "angle" or "pulses"'
-    raise InputError(channel.where, None, allowed)
+    raise InputError(channel.where, None, allowed, code="no-quantity")
 
 
 def _index(channel: Channel | None, hysteresis: float) -> np.ndarray:

@@ -76,12 +76,12 @@ def _layout(source: str, lines: list[str]) -> _Layout:
         names, units = _heading(heading, len(cells))
         if len(names) != len(cells):
             allowed = f"line {number + 1}: there are {len(cells)} columns; the heading has {len(names)}"
-            raise InputError(source, None, allowed)
+            raise InputError(source, None, allowed, code="no-heading")
         twice = next((n for n, count in Counter(names).items() if count > 1), None)
         if twice is not None:
-            raise InputError(source, None, f"two columns are called {twice!r}; each needs a name of its own")
+            raise InputError(source, None, f"two columns are called {twice!r}; each needs a name of its own", code="name-twice")
         return _Layout(separator, tuple(names), tuple(units), number)
-    raise InputError(source, None, "there is no row of numbers in this file")
+    raise InputError(source, None, "there is no row of numbers in this file", code="no-rows")
 
 
 def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]]:
@@ -145,7 +145,7 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
             if not _is_number(cell, layout.separator) or not math.isfinite(_float(cell, layout.separator)):
                 sentence = f"line {number}: {cell[:40]!r} is no finite number"
                 return InputError(f"{source}: {name}", None, sentence, code="no-number")
-    return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each")
+    return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each", code="count")
 
 
 def _first_empty(held: str, layout: _Layout) -> int | None:

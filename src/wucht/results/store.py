@@ -41,7 +41,7 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
         raise InputError("-o", str(folder), f"this cannot be the name of a folder: {error}") from None
     for name in names:
         if (folder / name).is_dir():
-            raise InputError("-o", str(folder), f"a folder is in the place of the file {name}")
+            raise InputError("-o", str(folder), f"a folder is in the place of the file {name}", code="folder")
         for left in folder.glob(f".{name}.*.part"):
             with suppress(OSError):
                 if time.time() - left.stat().st_mtime > _ABANDONED_S:

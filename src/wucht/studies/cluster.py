@@ -144,11 +144,15 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         yield None
         return
     if (wrong := what_is_wrong(address)) is not None:
-        raise InputError("--scheduler", address, f"must be the address of a scheduler, such as tcp://host:8786: {wrong}")
+        raise InputError(
+            "--scheduler", address, f"must be the address of a scheduler, such as tcp://host:8786: {wrong}", code="address"
+        )
     try:
         from distributed import Client
     except ImportError:
-        raise InputError("--scheduler", address, "needs dask.distributed: pip install 'wucht[cluster]'") from None
+        raise InputError(
+            "--scheduler", address, "needs dask.distributed: pip install 'wucht[cluster]'", code="no-extra"
+        ) from None
     with _silent("distributed", "distributed.client"):  # what they have to say is said in sentences
         try:
             with warnings.catch_warnings():
@@ -156,10 +160,10 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
                 client = Client(address, timeout=_ANSWER_S, set_as_default=False)
         except (ValueError, TypeError) as error:
             needs = "its protocol needs something of dask.distributed that is not installed or not set up here"
-            raise InputError("--scheduler", address, f"{needs}: {error}") from None
+            raise InputError("--scheduler", address, f"{needs}: {error}", code="unsupported") from None
         except OSError as error:
             allowed = f"no scheduler answers there within {_ANSWER_S:g} s ({error}); `dask scheduler` starts one"
-            raise InputError("--scheduler", address, allowed) from None
+            raise InputError("--scheduler", address, allowed, code="no-answer") from None
         try:
             _check_versions(client, address)
             yield Cluster(client, address)
@@ -216,7 +220,7 @@ def _check_versions(client: Client, address: str) -> None:
         version = found["packages"].get("wucht") if found else None
         if version != ours:
             has = f"wucht {version}" if version else "no wucht"
-            raise InputError("--scheduler", address, f"{place} has {has}; this process has wucht {ours}")
+            raise InputError("--scheduler", address, f"{place} has {has}; this process has wucht {ours}", code="other-version")
 
 
 def _made_with() -> dict[str, str]:

@@ -50,10 +50,12 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
     asked = kept[0]
     before, now = asked["study"].get("kind"), spec.kind
     if before != now:
-        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}")
+        raise InputError(
+            "--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}", code="other-study"
+        )
     differing = differences(asked, question)
     if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
         return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
     shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
     more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
-    raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")
+    raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}", code="other-question")

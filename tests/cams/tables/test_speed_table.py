@@ -40,14 +40,14 @@ def test_a_shaft_that_turns_clockwise(tmp_path, heading):
     """Its numbers are negative; what is advised can be written into the file."""
     write(tmp_path / "r.csv", SPEED(50.0 * T) * -30 / np.pi, heading)
     unit = {} if "rpm" in heading else {"unit": "rpm"}
-    with refused("r.csv: speed", "scale = -1", given=None):
+    with refused("r.csv: speed", "scale = -1", given=None, code="turns-back"):
         fitted(tmp_path, **unit)
     is_right(fitted(tmp_path, scale=-1, **unit))
 
 
 def test_an_angle_that_falls(tmp_path):
     write(tmp_path / "r.csv", -np.degrees(angle(T)), "angle [deg]")
-    with refused("r.csv: angle", "scale = -1", given=None):
+    with refused("r.csv: angle", "scale = -1", given=None, code="turns-back"):
         fitted(tmp_path, column="angle")
     is_right(fitted(tmp_path, column="angle", scale=-1))
 
@@ -71,7 +71,7 @@ def test_a_sound_file_that_holds_a_speed(tmp_path):
     with refused("r.wav: 1", "scale = NUMBER", "unit = 'rad/s'", code="full-scale"):
         fitted(tmp_path, **keys)
     is_right(fitted(tmp_path, **keys, scale=100, unit="rad/s"))
-    with refused("r.wav: 1", given=None):
+    with refused("r.wav: 1", given=None, code="no-quantity"):
         fitted(tmp_path, **(keys | {"quantity": None}))
 
 
@@ -81,7 +81,7 @@ def test_the_hysteresis_of_pulses(tmp_path):
     wave[np.flatnonzero(wave < -0.9)[::3000]] = 0.3  # glitches
     write(tmp_path / "r.csv", wave, "pulses [V]", t)
     keys = {"column": "pulses", "pulses_per_turn": 32}
-    with refused("r.csv: pulses", "0.02", given=None):
+    with refused("r.csv: pulses", "0.02", given=None, code="pulse-too-many"):
         fitted(tmp_path, **keys, hysteresis=0.02)
     is_right(fitted(tmp_path, **keys, hysteresis=0.4))
 

@@ -108,11 +108,14 @@ def test_without_the_extra(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("change", "refusal"),
     [
-        ({"tolerance": 0.0}, refused("tolerance", given=0.0)),
+        ({"tolerance": 0.0}, refused("tolerance", given=0.0, code="not-positive")),
         ({"contour": broken}, refused("curve", code="not-finite")),
         ({"pitch": broken}, refused("curve", code="not-finite")),
-        ({"base_radius": -1.0}, refused("base_radius", given=-1.0)),
-        ({"roller_radius": float("nan"), "pitch": PITCH_CURVE}, refused("roller_radius", given=float("nan"))),
+        ({"base_radius": -1.0}, refused("base_radius", given=-1.0, code="not-positive")),
+        (
+            {"roller_radius": float("nan"), "pitch": PITCH_CURVE},
+            refused("roller_radius", given=float("nan"), code="not-positive"),
+        ),
         ({"roller_radius": 0.01}, refused("roller_radius", given=0.01)),
     ],
 )
@@ -136,11 +139,11 @@ def test_what_cannot_be_read(tmp_path):
         read_dxf(path)
     for content in (b"no drawing", b"\x00\xff\xfe" * 100, b""):
         path.write_bytes(content)
-        with refused("cam.dxf", "DXF", given=None):
+        with refused("cam.dxf", "DXF", given=None, code="unreadable"):
             read_dxf(path)
     ezdxf.new(units=6).saveas(path)
     with refused("cam.dxf", code="unit"):
         read_dxf(path)
     ezdxf.new(units=4).saveas(path)
-    with refused("cam.dxf", "CONTOUR", given=None):
+    with refused("cam.dxf", "CONTOUR", given=None, code="no-layers"):
         read_back(path, lobes)

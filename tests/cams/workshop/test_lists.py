@@ -69,9 +69,9 @@ NOTHING = np.array([np.nan, 0, 0, 0, 0])
 @pytest.mark.parametrize(
     ("change", "refusal"),
     [
-        ({"decimals": 13}, refused("decimals", "12", given=13)),
-        ({"decimals": -1}, refused("decimals", given=-1)),
-        ({"tolerance": 0.0}, refused("tolerance", given=0.0)),
+        ({"decimals": 13}, refused("decimals", "12", given=13, code="decimals")),
+        ({"decimals": -1}, refused("decimals", given=-1, code="decimals")),
+        ({"tolerance": 0.0}, refused("tolerance", given=0.0, code="not-positive")),
         ({"what": " "}, refused("what", given=" ")),
         ({"what": "a\nb"}, refused("what", given="a\nb")),
         ({"what": "Außenkontur"}, refused("cam.txt", "ASCII", given=None)),

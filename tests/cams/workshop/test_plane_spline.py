@@ -52,7 +52,7 @@ def test_the_deviation_is_never_less_than_the_distance():
 
 
 def test_what_will_not_do():
-    with refused("tolerance", given=0):
+    with refused("tolerance", given=0, code="not-positive"):
         fitted_spline(lobes, 0)
     with refused("tolerance", "65536", given=1e-20):
         fitted_spline(lobes, 1e-20)

@@ -110,9 +110,9 @@ def missing(phi, order=0):
 @pytest.mark.parametrize(
     ("change", "refusal"),
     [
-        ({"tolerance": 0.0}, refused("tolerance", given=0.0)),
-        ({"tolerance": math.nan}, refused("tolerance", given=float("nan"))),
-        ({"decimals": 13}, refused("decimals", given=13)),
+        ({"tolerance": 0.0}, refused("tolerance", given=0.0, code="not-positive")),
+        ({"tolerance": math.nan}, refused("tolerance", given=float("nan"), code="not-positive")),
+        ({"decimals": 13}, refused("decimals", given=13, code="decimals")),
         ({"decimals": 2, "tolerance": 4.9e-6}, refused("decimals", given=2)),
         ({"law": lifting}, refused("law", code="not-periodic")),
         ({"law": missing}, refused("law", code="not-finite")),

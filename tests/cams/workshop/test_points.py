@@ -83,11 +83,11 @@ def test_the_deviation_of_a_polygon():
 @pytest.mark.parametrize(
     ("ask", "refusal"),
     [
-        (lambda: chord_points(ellipse(), 0.0), refused("tolerance", given=0.0)),
-        (lambda: chord_points(ellipse(), math.nan), refused("tolerance", given=float("nan"))),
-        (lambda: chord_points(ellipse(), 1e-3, spacing=-1.0), refused("spacing", given=-1.0)),
-        (lambda: chord_points(ellipse(), 1e-3, least=2), refused("least", given=2)),
-        (lambda: even_points(ellipse(), 2), refused("count", given=2)),
+        (lambda: chord_points(ellipse(), 0.0), refused("tolerance", given=0.0, code="not-positive")),
+        (lambda: chord_points(ellipse(), math.nan), refused("tolerance", given=float("nan"), code="not-positive")),
+        (lambda: chord_points(ellipse(), 1e-3, spacing=-1.0), refused("spacing", given=-1.0, code="not-positive")),
+        (lambda: chord_points(ellipse(), 1e-3, least=2), refused("least", given=2, code="whole-number")),
+        (lambda: even_points(ellipse(), 2), refused("count", given=2, code="whole-number")),
         (lambda: chord_points(broken, 1e-3), refused("curve", code="not-finite")),
         (lambda: even_points(broken, 10), refused("curve", code="not-finite")),
         (lambda: chord_points(cusped, 1e-3), refused("curve", code="cusp")),

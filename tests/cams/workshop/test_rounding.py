@@ -79,5 +79,5 @@ def test_where_the_curve_is_flat_a_circle_of_its_length_stands_for_it(curve):
 
 @pytest.mark.parametrize("rounding", [0.0, -1e-6, math.nan])
 def test_a_rounding_that_is_none(rounding):
-    with refused("rounding"):
+    with refused("rounding", code="not-positive"):
         rounding_warning(ellipse(), even_points(ellipse(), 10), rounding)

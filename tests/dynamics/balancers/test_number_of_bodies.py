@@ -36,7 +36,7 @@ def test_on_a_track_the_others_stay_there() -> None:
 
 
 def test_bodies_that_differ_have_no_number() -> None:
-    with refused("study.bodies", "b3", "b1", given=2):
+    with refused("study.bodies", "b3", "b1", given=2, code="different-bodies"):
         with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
     with refused("study.bodies", given=2, code="schedules"):
         with_bodies(read_study("practice/balls-at-resonance").subject, 2)

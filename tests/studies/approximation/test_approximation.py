@@ -421,8 +421,8 @@ def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monk
 @pytest.mark.parametrize(
     ("keys", "changes", "refusal"),
     [
-        ({"until": 200.0}, {}, refused("--resume", "study.until", "100.0", "200.0", given=None)),
-        ({}, {"u": 1.5}, refused("--resume", "2.0", given=None)),
+        ({"until": 200.0}, {}, refused("--resume", "study.until", "100.0", "200.0", given=None, code="other-question")),
+        ({}, {"u": 1.5}, refused("--resume", "2.0", given=None, code="other-question")),
     ],
 )
 def test_only_the_same_question_is_resumed(

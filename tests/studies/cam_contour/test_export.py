@@ -56,7 +56,7 @@ def test_the_corrected_cam_is_another_one_and_its_list_says_so(file, tmp_path):
 
 
 def test_without_the_shaft_there_is_no_correction(file):
-    with refused("speed", given=None):
+    with refused("speed", given=None, code="missing"):
         plain = file.parent / "plain.toml"
         plain.write_text(study_of("cam-contour").template)
         run_file(plain, {"study.corrected": True})

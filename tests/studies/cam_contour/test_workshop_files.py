@@ -174,5 +174,5 @@ def test_pressure_needs_a_width(here: Path) -> None:
 def test_no_follower_no_contour(here: Path) -> None:
     text = template()
     Path("cam.toml").write_text(text[: text.index("[follower]")], encoding="utf-8")
-    with refusals.refused("follower", given=None):
+    with refusals.refused("follower", given=None, code="missing"):
         run_file("cam.toml")

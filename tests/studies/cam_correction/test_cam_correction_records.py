@@ -243,5 +243,5 @@ def test_a_changed_record_of_the_acceleration_is_another_question(tmp_path):
     again = run_file(file, folder=tmp_path / "out", resume=True)
     assert again.attrs["elapsed_s"] == first.attrs["elapsed_s"]
     record.write_text(record.read_text().replace("1.000000\n", "1.000001\n", 1))
-    with refused("--resume", "acc.csv", given=None):
+    with refused("--resume", "acc.csv", code="other-question"):
         run_file(file, folder=tmp_path / "out", resume=True)

@@ -348,7 +348,7 @@ def test_springs_that_do_not_fit_are_refused(keys, where):
 
 
 def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
-    with refused("shaft", given=None):
+    with refused("shaft", given=None, code="missing"):
         prepare(wucht.CamPrediction(), wucht.CamDrive(LAW))
     with refused("shaft.inertia", given=20.0):
         drive(elastic={"shaft_stiffness": 1e6, "cam_inertia": 20.0})

@@ -61,7 +61,7 @@ TWO = PSI | {"delta": {"uniform": [0.0, 3.0]}}
             "study.sensitivity_samples",
             refused("study.sensitivity_samples", "sensitivity = true", given=64),
         ),
-        ({"sensitivity": True, "random": TWO}, "study.at", refused("study.at", "drive.slope", given=None)),
+        ({"sensitivity": True, "random": TWO}, "study.at", refused("study.at", "drive.slope", given=None, code="missing")),
         ({"sensitivity": True, "at": 0.01}, "study.sensitivity", refused("study.sensitivity", given=True, code="too-few")),
         (
             {"sensitivity": True, "at": 0.01, "random": TWO, "samples": 240},
@@ -94,7 +94,12 @@ def rail() -> Machine:
 @pytest.mark.parametrize(
     ("machine", "asked", "where", "refusal"),
     [
-        (R1, {"along": "drive.slop"}, "study.along", refused("study.along", "drive.slope", given="drive.slop")),
+        (
+            R1,
+            {"along": "drive.slop"},
+            "study.along",
+            refused("study.along", "drive.slope", given="drive.slop", code="unknown-parameter"),
+        ),
         (R1, {"range": [0.02, 0.01]}, "study.range", refused("study.range", given=[0.02, 0.01])),
         (R1, {"range": [-0.02, 0.01]}, "study.range[0]", refused("study.range[0]", code="limits")),
         (

@@ -235,7 +235,7 @@ def test_another_process_resumes_it(tmp_path: Path, study: Callable[..., Path]) 
 
 def test_only_the_same_coast_down_is_resumed(tmp_path: Path) -> None:
     run(CoastDown(until=1.0, start=AT_100), disc(), folder=tmp_path)
-    with refused("--resume", "study.until", "1.0", "2.0", given=None):
+    with refused("--resume", "study.until", "1.0", "2.0", given=None, code="other-question"):
         run(CoastDown(until=2.0, start=AT_100), disc(), folder=tmp_path, resume=True)
 
 

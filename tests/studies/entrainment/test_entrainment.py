@@ -120,7 +120,7 @@ def test_a_drive_that_prescribes_the_speed_is_refused() -> None:
 def test_a_drive_without_no_load_speed_needs_along() -> None:
     motor = {"on": "e1", "kind": "constant-torque", "torque": 1e-4}
     machine = machine_from({"carrier": SHAKEN, "bodies": [E1 | {"bearing_damping": 1e-5}], "drive": motor})
-    with refused("study.along", given=None):
+    with refused("study.along", given=None, code="missing"):
         prepare(Entrainment.read({}), machine)
     given = Entrainment.read({"along": "drive.torque", "range": [0.0, 1e-3]})
     assert prepare(given, machine).swept.name == "drive.torque"

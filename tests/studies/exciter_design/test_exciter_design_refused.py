@@ -66,7 +66,7 @@ def test_a_file_of_the_target_is_read_beside_the_study_file(refused: Callable[..
     Path("design.toml").write_text(FILE.replace(TARGET, 'target = { file = "target.csv" }'), encoding="utf-8")
     Path("target.csv").write_text("amplitude [mm], cycles\n1, 1e5\n2, 2e5\n", encoding="utf-8")
     refused("run", "design.toml", says=("design.toml", "study.target.file", "do not increase"))
-    with refusals.refused("study.target.file", given="target.csv"):
+    with refusals.refused("study.target.file", given="target.csv", code="not-allowed"):
         read = read_study("design.toml")
         prepare(read.spec, read.subject.machine)
     Path("target.csv").write_text("amplitude [N], cycles\n1, 1e5\n2, 2e4\n", encoding="utf-8")

@@ -38,5 +38,5 @@ def test_a_changed_record_is_another_question(tmp_path):
     first = wucht.run(spec, Records(tmp_path), folder=results)
     assert wucht.run(spec, Records(tmp_path), folder=results, resume=True).attrs["input"] == first.attrs["input"]
     record.write_text("0,1\n1,3\n2,0\n", encoding="utf-8")
-    with refused("--resume", given=None):
+    with refused("--resume", given=None, code="other-question"):
         wucht.run(spec, Records(tmp_path), folder=results, resume=True)

@@ -72,7 +72,7 @@ def test_an_interrupted_result_is_continued_and_comes_out_the_same(tmp_path: Pat
 def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
     machine = load_machine(MACHINE)
     run(asked(until=60.0), machine, folder=tmp_path, progress=_stop_within_the_third)
-    with refused("--resume", given=None):
+    with refused("--resume", given=None, code="other-question"):
         run(asked(until=60.0, values=(1.0, 4.0)), machine, folder=tmp_path, resume=True)
 
 

@@ -85,14 +85,14 @@ def test_it_is_drawn_and_told(cusp: Any) -> None:
     ("changed", "refusal"),
     [
         ({"second": "p"}, refused("study.second", given="p")),
-        ({"second": "q"}, refused("study.second", given="q")),
+        ({"second": "q"}, refused("study.second", given="q", code="unknown-parameter")),
         ({"cells": 1}, refused("study.cells", "64", given=1)),
         ({"range": [2.0, -2.0]}, refused("study.range", given=[2.0, -2.0])),
-        ({"eliminate": "s"}, refused("study.eliminate_range", given=None)),
+        ({"eliminate": "s"}, refused("study.eliminate_range", given=None, code="missing")),
         ({"eliminate": "r", "eliminate_range": [0, 1]}, refused("study.eliminate", given="r")),
         ({"eliminate": "s", "eliminate_range": [0, 1], "orbits": False}, refused("study.orbits", given=False)),
-        ({"together": True, "orbits": True}, refused("study.together", given=True)),
-        ({"ranges": None}, refused("study.ranges", given=None)),
+        ({"together": True, "orbits": True}, refused("study.together", given=True, code="machine-only")),
+        ({"ranges": None}, refused("study.ranges", given=None, code="missing")),
     ],
 )
 def test_what_does_not_fit_is_refused(changed: dict[str, Any], refusal: Refusal) -> None:

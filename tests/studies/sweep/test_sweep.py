@@ -251,7 +251,7 @@ def test_a_finished_sweep_is_not_made_again(
 
 
 def test_only_the_same_sweep_is_resumed(machine: Machine, finished: Path) -> None:
-    with refused("--resume", "study.rate", "0.02", "0.03", given=None):
+    with refused("--resume", "study.rate", "0.02", "0.03", given=None, code="other-question"):
         run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), machine, folder=finished, resume=True)
 
 
@@ -306,7 +306,7 @@ def test_scipy_finds_the_same(machine: Machine) -> None:
         ({"range": [5, 12]}, refused("study.along", code="missing")),
         (
             {"along": "drive.no_load_spede", "range": [5, 12]},
-            refused("study.along", "drive.no_load_speed", given="drive.no_load_spede"),
+            refused("study.along", "drive.no_load_speed", given="drive.no_load_spede", code="unknown-parameter"),
         ),
         ({"along": OMEGA_1}, refused("study.range", code="missing")),
         ({"along": OMEGA_1, "range": [12, 5]}, refused("study.range", given=[12.0, 5.0])),

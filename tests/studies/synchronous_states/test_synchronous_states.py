@@ -665,22 +665,34 @@ def test_refused_machines() -> None:
     [
         ({"speed": 0.0}, refused("study.speed", given=0.0)),
         ({"speed": "3 kg"}, refused("study.speed", code="dimension")),
-        ({"range": [5, 10]}, refused("study.range", given=[5.0, 10.0])),
+        ({"range": [5, 10]}, refused("study.range", given=[5.0, 10.0], code="prescribed")),
         ({"range": [10, 5]}, refused("study.range", given=[10, 5])),
         ({"inertia": 1}, refused("study.inertia", given=1)),
         ({"full": "no"}, refused("study.full", given="no")),
         ({"axes": 3}, refused("study.axes", given=3)),
-        ({"axes": {"speed": [1, 2, 3]}}, refused("study.axes.ratio", given=None)),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, refused("study.axes.ratio", given=[0, 2])),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}}, refused("study.axes.ratio", given=[0, 2, 2.5])),
-        ({"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[1, 2, 5000])),
-        ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[-1.0, 2.0, 3])),
+        ({"axes": {"speed": [1, 2, 3]}}, refused("study.axes.ratio", given=None, code="shape")),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, refused("study.axes.ratio", given=[0, 2], code="shape")),
+        (
+            {"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}},
+            refused("study.axes.ratio", given=[0, 2, 2.5], code="whole-number"),
+        ),
+        (
+            {"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}},
+            refused("study.axes.speed", given=[1, 2, 5000], code="whole-number"),
+        ),
+        (
+            {"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}},
+            refused("study.axes.speed", given=[-1.0, 2.0, 3], code="negative"),
+        ),
         ({"axes": {"sped": [1, 2, 3]}}, refused("study.axes.sped", code="unknown-key")),
         ({"spede": 3}, refused("study.spede", "speed", code="unknown-key")),
         ({"speed": 1e29}, refused("study.speed", "0.0445", given=1e29)),
         ({"speed": -1e-300}, refused("study.speed", given=-1e-300)),
         ({"axes": {"speed": [1, 1e29, 3], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[1.0, 1e29, 3])),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e29, 3]}}, refused("study.axes.ratio", given=[0.0, 1e29, 3])),
+        (
+            {"axes": {"speed": [1, 2, 3], "ratio": [0, 1e29, 3]}},
+            refused("study.axes.ratio", given=[0.0, 1e29, 3], code="limits"),
+        ),
     ],
 )
 def test_refused_questions(table: dict[str, Any], refusal: Refusal) -> None:
@@ -710,13 +722,13 @@ def test_a_body_without_unbalance_is_refused_beforehand() -> None:
 
 
 def test_a_range_against_the_drive_is_refused() -> None:
-    with refused("study.range", given=[-50.0, -10.0]):
+    with refused("study.range", given=[-50.0, -10.0], code="other-sense"):
         prepare(SynchronousStates(range=(-50.0, -10.0)), machine(0.012, 0.008, drive=MOTOR))
 
 
 @pytest.mark.parametrize("given", [(0.0, 1e29), (0.0, 1e-300), (1e28, 1e29)])
 def test_a_range_out_of_reach_is_refused(given: tuple[float, float]) -> None:
-    with refused("study.range", "0.0445", given=list(given)):
+    with refused("study.range", "0.0445", given=list(given), code="limits"):
         prepare(SynchronousStates(range=given), machine(0.012, 0.008, drive=MOTOR))
 
 

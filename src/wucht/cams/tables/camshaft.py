@@ -215,12 +215,12 @@ class ShaftTable(Described):
         reached = self.mean_speed if self.mean_speed is not None else free_speed(machine, machine.rotor)
         if reached is None:
             allowed = "nothing limits the speed that this drive reaches: give [[shaft.loads]], or the mean_speed expected"
-            raise InputError("shaft.drive", self.drive.get("kind"), allowed)
+            raise InputError("shaft.drive", self.drive.get("kind"), allowed, code="no-limit")
         if not reached > 0:
             allowed = (
                 f"it would turn the shaft at {reached:.4g} rad/s: the cam angle counts in the sense of the shaft, above zero"
             )
-            raise InputError("shaft.drive", self.drive.get("kind"), allowed)
+            raise InputError("shaft.drive", self.drive.get("kind"), allowed, code="turns-back")
         (inertia,) = machine.evaluate(sp.Add(*(d.reduced_inertia() for d in machine.drives)))
         torques = curves(machine, shaft_torques(machine, machine.rotor))
         driving = Driving(torques, reached, enforced, *dry_friction(machine), float(inertia))

@@ -162,7 +162,7 @@ class HarmonicTable(LawTable):
         if not self.restrictions:
             raise InputError("law.restrictions", None, "needed are [[law.restrictions]], or coefficients")
         if self.harmonics is None:
-            raise InputError("law.harmonics", None, "this key is missing; needed is the number of harmonics")
+            raise InputError("law.harmonics", None, "this key is missing; needed is the number of harmonics", code="missing")
         count, asked = self.harmonics, self._asked(unit)
         if self.resonance is not None and self.objective != _LEAST_SQUARE:
             raise InputError("law.resonance", None, f"it weighs the harmonics of objective = {_LEAST_SQUARE!r}")

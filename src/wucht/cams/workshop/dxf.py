@@ -129,7 +129,7 @@ def read_dxf(path: Path) -> Drawing:
     try:
         document = ezdxf.readfile(path)
     except (OSError, UnicodeDecodeError, ezdxf.DXFError) as error:
-        raise InputError(str(path), None, f"it is no DXF file that can be read: {error}") from None
+        raise InputError(str(path), None, f"it is no DXF file that can be read: {error}", code="unreadable") from None
     if document.header.get("$INSUNITS", 0) != _MILLIMETRES:
         raise InputError(str(path), None, "its header must state millimetres ($INSUNITS = 4)", code="unit")
     drawing = Drawing({}, {}, {})
@@ -159,7 +159,10 @@ def read_back(path: Path, contour: ClosedCurve, pitch: ClosedCurve | None = None
             continue
         if polyline not in drawing.polylines or spline not in drawing.splines:
             raise InputError(
-                str(path), None, f"the layers {polyline} and {spline} must hold a closed polyline and a closed spline"
+                str(path),
+                None,
+                f"the layers {polyline} and {spline} must hold a closed polyline and a closed spline",
+                code="no-layers",
             )
         corners, smooth = drawing.polylines[polyline], drawing.splines[spline]
         shares = np.arange(_BETWEEN) / _BETWEEN

@@ -26,7 +26,9 @@ def with_bodies(machine: Machine, count: int) -> Machine:
     _check_equal(machine, names, count)
     others = [b for b in bodies if b.name not in names]
     if any(b.reference in names for b in others):
-        raise InputError("study.bodies", count, "allowed only where nothing turns about the balancing bodies")
+        raise InputError(
+            "study.bodies", count, "allowed only where nothing turns about the balancing bodies", code="turned-about"
+        )
     taken = {b.name for b in bodies}
     fresh = (f"{names[0]}_{i}" for i in range(2, count + len(taken) + 2))
     more = [n for n in fresh if n not in taken][: max(count - len(names), 0)]
@@ -64,4 +66,9 @@ def _check_equal(machine: Machine, names: Sequence[str], count: int) -> None:
             a, b = machine.values[f"{names[0]}.{key}"], machine.values[f"{name}.{key}"]
             same = same and abs(a - b) <= _SAME * max(abs(a), abs(b))
         if not same:
-            raise InputError("study.bodies", count, f"allowed only for equal bodies; {name!r} differs from {names[0]!r}")
+            raise InputError(
+                "study.bodies",
+                count,
+                f"allowed only for equal bodies; {name!r} differs from {names[0]!r}",
+                code="different-bodies",
+            )

@@ -99,7 +99,7 @@ class OrbitProblem:
 def _of_machine(settings: OrbitSettings, machine: Machine, path: str) -> OrbitProblem:
     if settings.show is not None or settings.ranges is not None:
         key = "show" if settings.show is not None else "ranges"
-        raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only")
+        raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only", code="system-only")
     steady = steady_machine(machine, None)
     inertia = keeps_inertia(steady, settings.inertia)
     averaged = averaged_machine(steady, inertia)
@@ -148,7 +148,7 @@ def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str) -> 
     system, names = _bare(subject.system), subject.system.state_names
     for key in ("inertia", "together"):
         if getattr(settings, key):
-            raise InputError(f"study.{key}", getattr(settings, key), "allowed for a machine only")
+            raise InputError(f"study.{key}", getattr(settings, key), "allowed for a machine only", code="machine-only")
     if any(TIME in e.free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
         raise InputError("system", None, "these equations depend on the time t: give the phase of the forcing as a state")
     turning = {s.name for s in system.angles}

@@ -60,7 +60,9 @@ class SystemEquilibria:
         for name in names:
             if name not in ranges:
                 needed = f"needed is a pair [low, high] for {name}: ranges = {{ {name} = [low, high] }}"
-                raise InputError("study.ranges", None, f"this key is missing; {needed}, in which equilibria are searched")
+                raise InputError(
+                    "study.ranges", None, f"this key is missing; {needed}, in which equilibria are searched", code="missing"
+                )
         return cls(subject, path, bounds, {n: ranges[n] for n in names}, show)
 
     @property

@@ -50,7 +50,9 @@ class EntrainmentCase:
         check_entrainable(machine)
         limits = range or swept.widest(machine)
         if limits is None:
-            raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {swept.what}")
+            raise InputError(
+                "study.range", None, f"this key is missing; needed is a pair [low, high] of a {swept.what}", code="missing"
+            )
         for i, value in enumerate(range or ()):
             swept.refuse(machine, value, f"study.range[{i}]")
         placed, initial = placed_at_start(machine, start)
@@ -61,7 +63,9 @@ class EntrainmentCase:
                 averaged_machine(case.steady)
             except InputError as error:
                 reason = f"the averaged equations are left out: {error.allowed}"
-                raise InputError("study.range", None, f"this key is missing, and cannot be chosen: {reason}") from None
+                raise InputError(
+                    "study.range", None, f"this key is missing, and cannot be chosen: {reason}", code="missing"
+                ) from None
         return case
 
     @property

@@ -76,7 +76,7 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
         name = AMPLITUDE
     if name is None:
         needed = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
-        raise InputError("study.along", None, f"this key is missing; {needed}")
+        raise InputError("study.along", None, f"this key is missing; {needed}", code="missing")
     p = parameter_of(machine, name)
     return SweptParameter(name, p.unit, p.words or name, p.value, {name: (0.0, 1.0)})
 

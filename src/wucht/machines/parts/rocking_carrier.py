@@ -9,6 +9,7 @@ from typing import Literal, Self
 import sympy as sp
 from pydantic import Field
 
+from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.tuning import UNTUNED, Inertia, in_words, refuse_rotation_both_ways, tuned_rotation
@@ -44,7 +45,9 @@ class RockingCarrier(Support):
         """A free carrier needs a spring."""
         self.check_motion()
         if self.rotation_stiffness is None and self.rotation_frequency is None and self.motion is None:
-            raise ValueError("rotation_stiffness", "this key is missing; needed is the rotation stiffness in N m")
+            raise FieldError(
+                "rotation_stiffness", "this key is missing; needed is the rotation stiffness in N m", code="missing"
+            )
         refuse_rotation_both_ways(self)
 
     def tuned(self, inertia: Inertia) -> tuple[Self, str]:

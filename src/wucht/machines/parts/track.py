@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import sympy as sp
 from pydantic import BeforeValidator, Field
 
+from wucht.errors import FieldError
 from wucht.machines.parts.base import Body
 from wucht.schema import Unit, si
 
@@ -56,7 +57,7 @@ class Tracked(Body):
             return
         width = self.width()
         if width is None:
-            raise ValueError("diameter", "this key is missing; bodies of a track need their diameter in m")
+            raise FieldError("diameter", "this key is missing; bodies of a track need their diameter in m", code="missing")
         if width >= 2 * self.centre_radius():
             raise ValueError("diameter", f"must be less than twice the radius of the track, {2 * self.centre_radius():g} m")
 

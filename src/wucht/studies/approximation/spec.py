@@ -81,7 +81,9 @@ class Approximation(Spec):
             if len(given) > 1:
                 raise InputError("study.values", None, "give either values, or range with points and spacing")
         elif self.range is None:
-            raise InputError("study.range", None, "this key is missing; needed is a pair [low, high] of the parameter")
+            raise InputError(
+                "study.range", None, "this key is missing; needed is a pair [low, high] of the parameter", code="missing"
+            )
         if not 2 <= self.points <= MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {MOST_POINTS}")
 

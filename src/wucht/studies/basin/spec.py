@@ -25,9 +25,9 @@ def _axes(given: Any) -> Any:
     for name, axis in axes:
         where = f"study.axes.{name}"
         if not isinstance(axis, list | tuple) or len(axis) != 3:
-            raise InputError(where, axis, "must be [lo, hi, cells]")
+            raise InputError(where, axis, "must be [lo, hi, cells]", code="shape")
         if not common.is_whole(axis[2]) or not _FEWEST <= axis[2] <= MOST_CELLS:
-            raise InputError(where, axis, f"must be a whole number of cells, at least {_FEWEST}")
+            raise InputError(where, axis, f"must be a whole number of cells, at least {_FEWEST}", code="whole-number")
     return {name: (low, high, int(cells)) for name, (low, high, cells) in axes}
 
 

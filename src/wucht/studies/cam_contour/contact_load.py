@@ -82,7 +82,9 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
     given, inertia = _moved(asked, unit, "follower")
     if inertia is None:
         needed = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
-        raise InputError(f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}")
+        raise InputError(
+            f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}", code="missing"
+        )
     quantities = {key: read_quantity(of, getattr(asked, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
     behind = _behind(asked, drive)
     try:

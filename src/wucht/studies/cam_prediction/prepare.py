@@ -48,7 +48,12 @@ class Plan:
 def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
     """The plan. Raises ``InputError`` where the table [shaft] is missing or does not fit the law, drive or loads are wrong."""
     if drive.shaft is None:
-        raise InputError("shaft", None, "the table [shaft] is missing: the inertias of shaft and output, and what drives them")
+        raise InputError(
+            "shaft",
+            None,
+            "the table [shaft] is missing: the inertias of shaft and output, and what drives them",
+            code="missing",
+        )
     table, motion = drive.shaft, drive.motion
     moved = table.moved(motion.unit)
     driving = table.driving(drive.folder)

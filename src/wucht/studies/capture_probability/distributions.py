@@ -69,7 +69,7 @@ def distribution_of(given: Mapping[str, Any], unit: Unit, where: str) -> Distrib
     if kind in ("uniform", "triangular"):
         if not (numbers == sorted(numbers) and numbers[0] < numbers[-1]):
             names = " <= ".join(KINDS[kind]) if len(numbers) > 2 else "low below high"
-            raise InputError(at, list(given[kind]), f"must be [{', '.join(KINDS[kind])}] with {names}")
+            raise InputError(at, list(given[kind]), f"must be [{', '.join(KINDS[kind])}] with {names}", code="shape")
         low, width = numbers[0], numbers[-1] - numbers[0]
         shape = () if kind == "uniform" else ((numbers[1] - low) / width,)
         return Distribution("triang" if shape else "uniform", shape, low, width)
@@ -77,9 +77,9 @@ def distribution_of(given: Mapping[str, Any], unit: Unit, where: str) -> Distrib
     if logarithmic and not (numbers[0] > 0 and numbers[1] > 1):
         within = "68 % lie between median/factor and median factor"
         allowed = f"must be [median, factor] with a median above 0 and a factor above 1: {within}"
-        raise InputError(at, list(given[kind]), allowed)
+        raise InputError(at, list(given[kind]), allowed, code="factor")
     if not logarithmic and not numbers[1] > 0:
-        raise InputError(at, list(given[kind]), "must be [mean, deviation] with a deviation above 0")
+        raise InputError(at, list(given[kind]), "must be [mean, deviation] with a deviation above 0", code="deviation")
     ends = (-math.inf, math.inf)
     if _BETWEEN in given:
         ends = _ends(given[_BETWEEN], unit, f"{where}.{_BETWEEN}", logarithmic)

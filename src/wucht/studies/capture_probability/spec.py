@@ -127,7 +127,10 @@ class CaptureProbability(EnsembleSpec):
         if self.sensitivity:
             if self.at is None:
                 raise InputError(
-                    "study.at", None, f"this key is missing; needed is the value of {self.along} for the sensitivity"
+                    "study.at",
+                    None,
+                    f"this key is missing; needed is the value of {self.along} for the sensitivity",
+                    code="missing",
                 )
             if len(self.random) < 2:
                 raise InputError(

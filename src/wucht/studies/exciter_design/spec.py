@@ -53,7 +53,9 @@ class Target(Described):
         standard = given[0] in ("shape", "exponent")
         for key in ("largest", "cycles"):
             if standard and getattr(self, key) is None:
-                raise InputError(f"study.target.{key}", None, f"this key is missing: a target with {given[0]} needs it")
+                raise InputError(
+                    f"study.target.{key}", None, f"this key is missing: a target with {given[0]} needs it", code="missing"
+                )
         for key in ("stepped",) if standard else ("largest", "cycles", "ratio"):
             if getattr(self, key) is not None:
                 other = "a table or file" if standard else "a shape or exponent"

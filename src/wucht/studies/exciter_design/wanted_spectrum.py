@@ -25,7 +25,10 @@ def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
     if target.file is not None:
         if folder is None:
             raise InputError(
-                f"{_AT}.file", target.file, "allowed only where the study file itself names it; else give the table"
+                f"{_AT}.file",
+                target.file,
+                "allowed only where the study file itself names it; else give the table",
+                code="not-allowed",
             )
         try:
             rows = read_table(folder / target.file, (amplitude, _CYCLES))

@@ -126,7 +126,7 @@ class FailureDetection(Spec):
             if failure.law == "linear" and (self.learning is None or self.after is None):
                 missing = "learning" if self.after is not None else "after"
                 why = "where the stiffness falls from the begin on, after and learning say when the speed is taken"
-                raise InputError(f"study.{missing}", None, f"this key is missing: {why}")
+                raise InputError(f"study.{missing}", None, f"this key is missing: {why}", code="missing")
         end = (self.after or 0.0) + (self.learning or 0.0)
         if end >= self.until:
             learning = "" if self.learning is None else f"with study.learning ({self.learning:g}) "
@@ -134,8 +134,10 @@ class FailureDetection(Spec):
         for path, between in (("along", "range"), ("second", "second_range")):
             if (getattr(self, path) is None) != (getattr(self, between) is None):
                 missing = path if getattr(self, path) is None else between
-                raise InputError(f"study.{missing}", None, f"this key is missing; {path} and {between} belong together")
+                raise InputError(
+                    f"study.{missing}", None, f"this key is missing; {path} and {between} belong together", code="missing"
+                )
         if self.second is not None and self.along is None:
-            raise InputError("study.along", None, "this key is missing; second is given")
+            raise InputError("study.along", None, "this key is missing; second is given", code="missing")
         if self.second is not None and self.second == self.along:
             raise InputError("study.second", self.second, "must be another parameter than along")

@@ -41,7 +41,9 @@ class Records:
         recording = read_recording(self.folder / record.file)
         if record.column is None and len(recording.names) != 1:
             known = ", ".join(recording.names)
-            raise InputError("study.signal.column", None, f"this key is missing; the record has the columns {known}")
+            raise InputError(
+                "study.signal.column", None, f"this key is missing; the record has the columns {known}", code="missing"
+            )
         return _in_si(recording.channel(record.column or recording.names[0]).corrected(record.unit, record.scale))
 
 

@@ -173,7 +173,7 @@ def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, ...]) -> np.nda
         refuse_unknown(start, [a.name for a in axes], where)
         for i, a in enumerate(axes):
             if a.name not in start:
-                raise InputError(f"{where}.{a.name}", None, f"this key is missing; needed is the {a.long_name}")
+                raise InputError(f"{where}.{a.name}", None, f"this key is missing; needed is the {a.long_name}", code="missing")
             starts[i, k] = _start(start[a.name], a, f"{where}.{a.name}")
             if not plane.turns[i] and not plane.low[i] <= starts[i, k] <= plane.high[i]:
                 allowed = f"must be within the range of {a.name}, {plane.low[i]:g} to {plane.high[i]:g}"

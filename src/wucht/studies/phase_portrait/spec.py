@@ -81,7 +81,9 @@ class PhasePortrait(common.Spec):
         """Along belongs to values, and both have limits."""
         if bool(self.values) != (self.along is not None):
             missing = "values" if self.along is not None else "along"
-            raise InputError(f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together")
+            raise InputError(
+                f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together", code="missing"
+            )
         if len(self.values) > MOST_PORTRAITS:
             raise InputError("study.values", len(self.values), f"there must be at most {MOST_PORTRAITS} portraits")
         many = self.trajectories if isinstance(self.trajectories, int) else len(self.trajectories)

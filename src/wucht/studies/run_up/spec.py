@@ -51,7 +51,9 @@ class RunUp(SingleRun):
             raise InputError("study.starts", None, "give either start or starts")
         if bool(self.values) != (self.along is not None):
             missing = "values" if self.along is not None else "along"
-            raise InputError(f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together")
+            raise InputError(
+                f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together", code="missing"
+            )
         if len(self.starts or [0]) * len(self.values or [0]) > MOST_RUNS:
             raise InputError("study.values", len(self.values), f"there must be at most {MOST_RUNS} runs, starts times values")
         super().check()

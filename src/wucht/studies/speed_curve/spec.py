@@ -65,7 +65,10 @@ class SpeedCurve(Spec):
         of_second = [key for key in ("second_values", "second_range") if getattr(self, key) is not None]
         if self.second is None and of_second:
             raise InputError(
-                "study.second", None, f"this key is missing; with {of_second[0]}, needed is the path of a parameter"
+                "study.second",
+                None,
+                f"this key is missing; with {of_second[0]}, needed is the path of a parameter",
+                code="missing",
             )
         if self.second is not None and len(of_second) != 1:
             needed = "give one of second_values = [...] and second_range = [low, high] with second"

@@ -70,7 +70,9 @@ class StabilityMap(Spec):
             raise InputError("study.second", self.second, "must be another parameter than along")
         if (self.eliminate is None) != (self.eliminate_range is None):
             missing = "eliminate" if self.eliminate is None else "eliminate_range"
-            raise InputError(f"study.{missing}", None, "this key is missing; eliminate and eliminate_range belong together")
+            raise InputError(
+                f"study.{missing}", None, "this key is missing; eliminate and eliminate_range belong together", code="missing"
+            )
         if self.eliminate in (self.along, self.second):
             raise InputError("study.eliminate", self.eliminate, "must be another parameter than along and second")
         if self.eliminate is not None:

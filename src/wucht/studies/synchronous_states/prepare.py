@@ -47,7 +47,9 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
     if len(machine.bodies) > MOST_BODIES:
         raise InputError("machine.bodies", len(machine.bodies), f"there must be at most {MOST_BODIES}, the main rotor included")
     if spec.range is not None and machine.rotor.coordinate.prescribed is not None:
-        raise InputError("study.range", list(spec.range), "not allowed where the speed of the main rotor is given")
+        raise InputError(
+            "study.range", list(spec.range), "not allowed where the speed of the main rotor is given", code="prescribed"
+        )
     steady, unheld = turning(machine, spec.speed), turning(machine, None)
     slow = averaged_machine(steady, keeps_inertia(steady, spec.inertia))
     torques, speeds, chosen = SteadyTorques.from_slow(slow), None, False
@@ -103,10 +105,12 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
     if given is not None:
         low, high = sorted(sense_of(machine, machine.rotor) * w for w in given)
         if low < 0:
-            raise InputError("study.range", list(given), "must be speeds in the sense in which the drive turns")
+            raise InputError(
+                "study.range", list(given), "must be speeds in the sense in which the drive turns", code="other-sense"
+            )
         least, most = _limits(machine)
         if not least < high <= most:
-            raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}")
+            raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}", code="limits")
         speeds, chosen = (max(low, min(least, LOWEST * high)), high), False
     at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
     if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):

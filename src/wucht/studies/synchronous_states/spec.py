@@ -23,9 +23,9 @@ def _axes(given: Any) -> Any:
     for name in _AXES:
         where, axis = f"study.axes.{name}", given.get(name)
         if not isinstance(axis, list | tuple) or len(axis) != 3:
-            raise InputError(where, axis, "must be [lo, hi, cells]")
+            raise InputError(where, axis, "must be [lo, hi, cells]", code="shape")
         if isinstance(axis[2], bool) or not isinstance(axis[2], int) or not 2 <= axis[2] <= MOST_CELLS:
-            raise InputError(where, axis, f"must be a whole number of cells from 2 to {MOST_CELLS}")
+            raise InputError(where, axis, f"must be a whole number of cells from 2 to {MOST_CELLS}", code="whole-number")
     return {name: tuple(given[name]) for name in _AXES}
 
 
@@ -66,11 +66,11 @@ class SynchronousStates(Spec):
         for name, (low, high, _) in self.axes_in(_AXES["speed"].si).items():
             where, axis = f"study.axes.{name}", list((self.axes or {})[name])
             if not low < high:
-                raise InputError(where, axis, "must be a pair [low, high] with low below high")
+                raise InputError(where, axis, "must be a pair [low, high] with low below high", code="not-increasing")
             if low < 0:
-                raise InputError(where, axis, f"must be a {name} from 0 on")
+                raise InputError(where, axis, f"must be a {name} from 0 on", code="negative")
             if name == "ratio" and high > _MOST_RATIO:
-                raise InputError(where, axis, f"must be a ratio up to {_MOST_RATIO:g}")
+                raise InputError(where, axis, f"must be a ratio up to {_MOST_RATIO:g}", code="limits")
 
     def axes_in(self, speed_unit: str) -> dict[str, tuple[float, float, int]]:
         """The axes of the map: lowest, highest, cells; none without a map.
