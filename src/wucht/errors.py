@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from datetime import date, time
 from difflib import get_close_matches
+from functools import partial
 
 _LONGEST = 80  # characters of what was given
 _MOST_KNOWN = 200  # names that are listed; all of the catalogue
@@ -69,6 +70,10 @@ class FieldError(ValueError):
     def __init__(self, *sentence: str, code: str) -> None:
         super().__init__(*sentence)
         self.code = code
+
+    def __reduce__(self) -> tuple[partial[FieldError], tuple[str, ...]]:
+        """So that it can come from another process."""
+        return partial(FieldError, code=self.code), self.args
 
 
 def code_of(error: ValueError) -> str:

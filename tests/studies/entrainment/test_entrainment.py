@@ -292,7 +292,7 @@ def test_without_averaged_equations_the_full_ones_answer() -> None:
         "suspension": [2e-3, 0.0],
     }  # fmt: skip
     machine = machine_from({"carrier": CARRIER, "bodies": [E1, E2, hung], "drives": [drive("e1"), drive("e2", 12.2)]})
-    with refused("study.range", given=None):
+    with refused("study.range", code="not-chosen"):
         run(Entrainment.read({"start": START}), machine)
     table = {"start": START, "range": [-1.0, 1.0], "points": 5}
     result = run(Entrainment.read(table), machine)

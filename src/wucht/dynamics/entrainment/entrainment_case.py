@@ -64,7 +64,7 @@ class EntrainmentCase:
             except InputError as error:
                 reason = f"the averaged equations are left out: {error.allowed}"
                 raise InputError(
-                    "study.range", None, f"this key is missing, and cannot be chosen: {reason}", code="missing"
+                    "study.range", None, f"this key is missing, and cannot be chosen: {reason}", code="not-chosen"
                 ) from None
         return case
 

@@ -86,6 +86,10 @@ class LegError(RunError):
         super().__init__(reason)
         self.samples, self.remedy, self.step = samples, remedy, step
 
+    def __reduce__(self) -> tuple[type[LegError], tuple[str, str, np.ndarray, float | None]]:
+        """So that it can come from another process."""
+        return LegError, (str(self), self.remedy, self.samples, self.step)
+
     def sentence(self, time: float, names: Sequence[str], state: np.ndarray) -> str:
         """What the user reads. time: reached; state (n,): sampled last, its numbers by these names."""
         largest = sorted(zip(names, state, strict=False), key=lambda p: -abs(p[1]))[:4]

@@ -1,0 +1,146 @@
+"""Errors: their sentence, their fields, and what is kept on the way through files and processes."""
+
+from __future__ import annotations
+
+import pickle
+from datetime import date
+
+import numpy as np
+import pytest
+
+from wucht.dynamics.sweeps.moving import IntegrationError
+from wucht.errors import FieldError, InputError, RunError, WuchtError, code_of, nearest
+from wucht.mechanics.trigonometric import NotTrigonometricError
+from wucht.numerics.flow.events import LegError
+from wucht.studies.approximation.order import UnmeasuredError
+
+
+def fields(error: InputError) -> tuple[object, ...]:
+    return error.where, error.given, error.allowed, error.file, error.key, error.code, error.shown, str(error)
+
+
+@pytest.mark.parametrize(
+    ("where", "given", "sentence"),
+    [
+        ("study.until", -1, "study.until: given -1; must be a time"),
+        ("study.until", "5 kg", "study.until: given '5 kg'; must be a time"),
+        ("study.until", None, "study.until: must be a time"),
+        ("study.until", "", "study.until: given ''; must be a time"),
+        ("study.until", date(2026, 1, 2), "study.until: given 2026-01-02; must be a time"),
+        ("study.until", 10**5000, "study.until: given a number of thousands of digits; must be a time"),
+    ],
+    ids=["number", "text", "nothing", "empty", "date", "huge"],
+)
+def test_the_sentence_states_key_what_was_given_and_what_is_allowed(where: str, given: object, sentence: str) -> None:
+    error = InputError(where, given, "must be a time", code="limits")
+    assert str(error) == sentence
+    assert fields(error)[:6] == (where, given, "must be a time", "", where, "limits")
+
+
+def test_what_was_given_is_shortened_in_the_sentence_alone() -> None:
+    given = "a" * 1000 + "z"
+    error = InputError("title", given, "must be short")
+    assert error.given == given
+    assert error.shown.startswith("'aaa") and error.shown.endswith("aaaz'")
+    assert len(error.shown) <= 80
+    assert str(error) == f"title: given {error.shown}; must be short"
+    just = "a" * 78
+    assert InputError("title", just, "").shown == repr(just)
+
+
+def test_a_file_that_is_wrong_as_a_whole_has_no_key() -> None:
+    error = InputError.of_file("motor.csv", "there is no such file", code="no-file")
+    assert fields(error) == ("motor.csv", None, "there is no such file", "motor.csv", "", "no-file", "",
+                             "motor.csv: there is no such file")  # fmt: skip
+    assert error.in_file("study.toml").file == "motor.csv"
+    assert str(error.in_file("study.toml")) == "study.toml: motor.csv: there is no such file"
+
+
+def test_in_a_file_the_key_stays_and_the_file_is_added() -> None:
+    error = InputError("machine.mass", -1, "must be positive", code="limits")
+    inner = error.in_file("base.toml")
+    assert fields(inner) == ("base.toml: machine.mass", -1, "must be positive", "base.toml", "machine.mass", "limits", "-1",
+                             "base.toml: machine.mass: given -1; must be positive")  # fmt: skip
+    outer = inner.in_file("study.toml")
+    assert (outer.file, outer.key, outer.code) == ("base.toml", "machine.mass", "limits"), "the file that is wrong is the inner"
+    assert str(outer) == "study.toml: base.toml: machine.mass: given -1; must be positive"
+    nowhere = InputError("", None, "needed is a table", code="missing").in_file("study.toml")
+    assert (nowhere.where, nowhere.file, nowhere.key, nowhere.code) == ("study.toml", "study.toml", "", "missing")
+    assert (error.file, error.where) == ("", "machine.mass"), "the error itself is as it was"
+
+
+def test_within_a_table_its_key_is_in_front() -> None:
+    error = InputError("mass", -1, "must be positive", code="limits")
+    assert fields(error.within("machine"))[:6] == ("machine.mass", -1, "must be positive", "", "machine.mass", "limits")
+    assert error.within("bodies[0]").within("machine").key == "machine.bodies[0].mass"
+    assert error.within("r.csv", ": ").where == "r.csv: mass"
+    assert InputError("", 3, "must be a table", code="type").within("machine").key == "machine"
+    kept = InputError("r.csv: speed", None, "it is empty", "r.csv", "speed", "count").within("study")
+    assert (kept.where, kept.file, kept.key, kept.code) == ("study.r.csv: speed", "r.csv", "study.speed", "count")
+
+
+ERRORS = [
+    WuchtError("no sense", code="name-twice"),
+    RunError("failed", code="no-convergence"),
+    InputError("study.until", [1, "s"], "must be a time", code="limits"),
+    InputError("study.until", None, "must be a time").in_file("study.toml"),
+    InputError.of_file("motor.csv", "there is no such file", code="no-file"),
+    FieldError("must be positive", code="limits"),
+    FieldError("mass", "must be positive", code="limits"),
+    NotTrigonometricError("no polynomial of sines", code="not-trigonometric"),
+    IntegrationError("stopped", code="not-finite"),
+    UnmeasuredError("no order", code="too-few"),
+    LegError("500000 steps were not enough", "raise the tolerance", np.zeros((2, 3)), 1e-9),
+]
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda e: type(e).__name__)
+def test_errors_come_from_another_process_as_they_were(error: WuchtError | FieldError) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error)
+    assert (str(again), again.args, repr(vars(again))) == (str(error), error.args, repr(vars(error)))
+    assert again.code == error.code
+
+
+def test_every_class_of_errors_is_among_them() -> None:
+    """Those of the package which are public."""
+
+    def below(cls: type) -> set[type]:
+        return {cls}.union(*map(below, cls.__subclasses__()))
+
+    public = {c for c in below(WuchtError) | below(FieldError) if c.__module__.startswith("wucht.") and c.__name__[0] != "_"}
+    assert {type(e) for e in ERRORS} >= public
+
+
+def test_the_two_kinds_are_errors_of_wucht_and_no_field_error_is_one() -> None:
+    assert issubclass(InputError, WuchtError) and issubclass(RunError, WuchtError)
+    assert not issubclass(InputError, RunError) and not issubclass(RunError, InputError)
+    assert issubclass(FieldError, ValueError) and not issubclass(FieldError, WuchtError)
+
+
+def test_codes() -> None:
+    assert WuchtError("a").code == RunError("a").code == InputError("a", 1, "b").code == ""
+    assert code_of(FieldError("a", code="limits")) == "limits"
+    assert code_of(ValueError("a")) == ""
+    assert FieldError("mass", "must be positive", code="limits").args == ("mass", "must be positive")
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "help_"),
+    [
+        ("stifness", ["mass", "stiffness", "damping"], "did you mean 'stiffness'? known: damping, mass, stiffness"),
+        ("zzz", ["mass", "stiffness"], "known: mass, stiffness"),
+        ("x", [], "known: none"),
+        ("a" * 1000, ["mass"], "known: mass"),
+        ("x", ["n" * 100], f"known: {'n' * 80}"),
+        ("key7", (f"key{i}" for i in range(203)), None),
+    ],
+)
+def test_the_nearest_name_and_those_that_are_known(given: str, known: list[str], help_: str | None) -> None:
+    clause = nearest(given, known)
+    if help_ is not None:
+        assert clause == help_
+        return
+    assert clause.startswith("did you mean 'key7'? known: key0, key1, key10, ")
+    assert clause.endswith(" and 3 more")
+    assert clause.count(",") == 199
