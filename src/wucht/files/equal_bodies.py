@@ -112,12 +112,12 @@ def _several(described: Document, where: str) -> list[Document]:
     cls = kinds[choice(described, "kind", where, kinds)]
     if not issubclass(cls, Tracked):
         known = ", ".join(kind for kind, of_kind in kinds.items() if issubclass(of_kind, Tracked))
-        raise InputError(f"{where}.count", described["count"], f"not allowed for this kind of body; allowed for: {known}")
+        allowed = f"not allowed for this kind of body; allowed for: {known}"
+        raise InputError(f"{where}.count", described["count"], allowed, code="not-allowed")
     equal = checked(EqualBodies, {key: described[key] for key in _KEYS if key in described}, where)
     body = checked(cls, {key: value for key, value in one.items() if key != "kind"}, where)
     width = 0.0 if body.track is None else angular_width(body, body)
     if equal.count * width > 2 * math.pi:
-        raise InputError(
-            f"{where}.count", equal.count, f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
-        )
+        allowed = f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
+        raise InputError(f"{where}.count", equal.count, allowed, code="limits")
     return [one | {"name": f"{body.name}{k}", "start": angle} for k, angle in enumerate(equal.angles(width), 1)]

@@ -745,7 +745,7 @@ def test_without_any_torque_the_speed_is_needed() -> None:
     with refused("study.speed", code="missing"):
         prepare(SynchronousStates(), idle)
     ends = machine(0.012, 0.008, drive={"kind": "table", "points": [[0, 20], [100, 0]]})
-    with refused("study.speed", code="missing"):
+    with refused("study.speed", code="not-driven"):
         prepare(SynchronousStates(range=(150.0, 200.0)), ends)
 
 

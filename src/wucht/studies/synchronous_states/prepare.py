@@ -114,10 +114,9 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
         speeds, chosen = (max(low, min(least, LOWEST * high)), high), False
     at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
     if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
-        where = "" if given is None else " at these speeds"
-        raise InputError(
-            "study.speed", None, f"nothing drives the machine{where}: needed is the speed of the main rotor", code="missing"
-        )
+        where, code = ("", "missing") if given is None else (" at these speeds", "not-driven")
+        why = f"nothing drives the machine{where}: needed is the speed of the main rotor"
+        raise InputError("study.speed", None, why, code=code)
     return speeds, chosen
 
 
