@@ -14,10 +14,11 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.refusals import rejected
 
 import wucht
 from wucht import kinds, parts
-from wucht.errors import InputError, WuchtError
+from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import described_machine, load_document
 from wucht.machines import machine as machine_module
@@ -387,7 +388,7 @@ def test_parts_of_another_package_are_found(tmp_path: Path, monkeypatch: pytest.
 def test_a_package_that_cannot_be_loaded_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     entry = EntryPoint("broken", "no_such_parts", parts.GROUP)
     monkeypatch.setattr(kinds, "entry_points", lambda group: [entry])
-    with pytest.raises(WuchtError, match=r"the parts 'broken' \(no_such_parts\) cannot be loaded: No module named"):
+    with rejected("not-loaded", "'broken'", "no_such_parts", "No module named"):
         parts.loads()
 
 

@@ -147,8 +147,11 @@ def test_periods_that_are_none_are_refused():
     system = System((x,), (epsilon * sp.cos(TIME),), (epsilon, A))
     assert averaged(system, epsilon, period=4 * sp.pi).period == 4 * sp.pi
     assert averaged(system, epsilon, period=2 * math.pi).period == approx(2 * math.pi)
-    for wrong in (sp.pi, 3.0, 0, -2 * sp.pi, sp.oo, sp.I, A):
-        with raises(WuchtError, match="is no period"):
+    for wrong in (sp.pi, 3.0, A):
+        with rejected("other-period"):
+            averaged(system, epsilon, period=wrong)
+    for wrong in (0, -2 * sp.pi, sp.oo, sp.I):
+        with rejected("not-positive"):
             averaged(system, epsilon, period=wrong)
     with rejected("text"):
         averaged(system, epsilon, period="2*pi")

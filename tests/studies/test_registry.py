@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.refusals import rejected
+from tests.refusals import refused, rejected
 
 import wucht.extending
-from wucht.errors import InputError
 from wucht.studies import registry
 from wucht.studies.registry import Study, studies
 
@@ -117,7 +116,7 @@ def test_what_has_no_template_has_one_of_its_keys(wucht: Callable[..., Any], cou
 
 def test_two_packages_with_one_kind(monkeypatch: pytest.MonkeyPatch) -> None:
     known = {"run-up": Study("run-up", "theirs")}
-    with pytest.raises(InputError, match="theirs"):
+    with refused("kind of ours", "theirs", given="run-up"):
         registry._add(known, Study("run-up", "ours"), "ours")
     registry._add(known, Study("run-up", "theirs"), "theirs")
 

@@ -115,7 +115,7 @@ def test_questions_that_make_no_sense_are_refused(changed: dict[str, Any], key: 
 
 def test_a_start_of_the_pendulums_and_a_machine_without_any_are_refused() -> None:
     for key in ("p1", "delta"):
-        with pytest.raises(InputError, match="say where the switchable pendulums start"):
+        with refused(f"study.start.{key}", "study.orientations", "study.phases", given=0.3):
             ask(Activation(**SHORT, start={key: 0.3}), MACHINE)
     with refused("machine.bodies", given=["rotor", "pendulum", "pendulum"]):
         ask(Activation(**SHORT), load_machine("drozdetskaya-2020/r1"))
