@@ -40,27 +40,39 @@ class TableLaw:
             raise InputError("law.degree", self.degree, "must be 5 or 3")
         phi, psi = np.asarray(self.angles, float), np.asarray(self.outputs, float)
         if phi.shape != psi.shape or phi.ndim != 1:
-            raise InputError("law.file", None, f"needs as many outputs as cam angles, not {psi.size} and {phi.size}")
+            raise InputError(
+                "law.file", None, f"needs as many outputs as cam angles, not {psi.size} and {phi.size}", code="count"
+            )
         bad = np.flatnonzero(~(np.isfinite(phi) & np.isfinite(psi)))
         if len(bad):
-            raise InputError("law.file", None, f"point {bad[0] + 1} is not made of two finite numbers")
+            raise InputError("law.file", None, f"point {bad[0] + 1} is not made of two finite numbers", code="not-finite")
         beyond = np.flatnonzero(np.maximum(np.abs(phi), np.abs(psi)) > LARGEST)
         if len(beyond):
-            raise InputError("law.file", None, f"point {beyond[0] + 1} has a number beyond {LARGEST:g}, of either sign")
+            raise InputError(
+                "law.file", None, f"point {beyond[0] + 1} has a number beyond {LARGEST:g}, of either sign", code="limits"
+            )
         falls = np.flatnonzero(np.diff(phi) <= 0)
         if len(falls):
             at, after = np.degrees(phi[[falls[0], falls[0] + 1]])
-            raise InputError("law.file", f"{after:.6g} deg after {at:.6g} deg", "the cam angles must increase")
+            raise InputError(
+                "law.file", f"{after:.6g} deg after {at:.6g} deg", "the cam angles must increase", code="not-increasing"
+            )
         if len(phi) and phi[-1] - phi[0] > _TURN + _ROUNDED:
             raise InputError(
-                "law.file", f"{math.degrees(phi[-1] - phi[0]):.9g} deg", "the cam angles must span at most 360 deg"
+                "law.file",
+                f"{math.degrees(phi[-1] - phi[0]):.9g} deg",
+                "the cam angles must span at most 360 deg",
+                code="too-long",
             )
         if self._closed and abs(psi[-1] - psi[0]) > _CLOSES * np.ptp(psi):
             allowed = f"the last point, a turn after the first, must have its output, {psi[0]:.9g}"
-            raise InputError("law.file", float(psi[-1]), allowed)
+            raise InputError("law.file", float(psi[-1]), allowed, code="not-closed")
         if (count := len(phi) - self._closed) <= self.degree:
             raise InputError(
-                "law.file", f"{count} points", f"degree {self.degree} needs {self.degree + 1} different ones or more"
+                "law.file",
+                f"{count} points",
+                f"degree {self.degree} needs {self.degree + 1} different ones or more",
+                code="too-few",
             )
         if not self._closed:
             _check_whole_turn(phi, psi)
@@ -88,6 +100,13 @@ def _check_whole_turn(phi: np.ndarray, psi: np.ndarray) -> None:
     gap, jump, spacing = _TURN - (phi[-1] - phi[0]), abs(psi[0] - psi[-1]), np.diff(phi)
     open_at = f"from {math.degrees(phi[-1]):.6g} to {math.degrees(phi[0] + _TURN):.6g} deg"
     if gap > _WIDE * spacing.max():
-        raise InputError("law.file", None, f"the points must cover a whole turn of the cam: there are none {open_at}")
+        raise InputError(
+            "law.file", None, f"the points must cover a whole turn of the cam: there are none {open_at}", code="gap"
+        )
     if jump / gap > _STEEP * np.abs(np.diff(psi) / spacing).max():
-        raise InputError("law.file", None, f"the motion must close after a turn: {open_at} it jumps back; give points there")
+        raise InputError(
+            "law.file",
+            None,
+            f"the motion must close after a turn: {open_at} it jumps back; give points there",
+            code="not-closed",
+        )
