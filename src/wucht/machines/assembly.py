@@ -236,13 +236,11 @@ def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -
     on_carrier = [b.name for b in bodies if b.reference is None]
     for b in bodies:
         if b.release and b.name in prescribed:
-            raise InputError(
-                f"{b.path}.release", None, "not allowed: the drive prescribes this body's motion", code="prescribed"
-            )
+            refusal = "not allowed: the drive prescribes this body's motion"
+            raise InputError(f"{b.path}.release", None, refusal, code="prescribed")
         if b.release and b.release.speed is not None and on_carrier == [b.name]:
-            raise InputError(
-                f"{b.path}.release", None, "must be { time = ... }: no other body's speed can release it", code="out-of-reach"
-            )
+            allowed = "must be { time = ... }: no other body's speed can release it"
+            raise InputError(f"{b.path}.release", None, allowed, code="out-of-reach")
 
 
 def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:
