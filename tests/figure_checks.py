@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.transforms import Bbox
 
-from wucht.results.page import JOURNAL
-from wucht.results.sheet import page_of
+from wucht.plots.page import JOURNAL
+from wucht.plots.sheet import page_of
 
 _LEGENDS = 0.25  # of the figure: all legends together
 _TOUCHING = 1.5  # pixels of 150 an inch: by so much boxes of letters, which have a rim, may share

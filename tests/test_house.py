@@ -13,7 +13,7 @@ import pytest
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
     "errors", "schema", "disk_cache", "file_names", "piecewise", "system", "kinds", "results", "numerics", "fatigue",
-    "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics", "studies", "extending", "cli",
+    "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics", "plots", "studies", "extending", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
@@ -95,12 +95,24 @@ def test_no_import_within_a_function_hides_a_circle(module: str) -> None:
     assert _imports(MODULES[module], in_functions=True) - engines == set()
 
 
+@pytest.mark.parametrize("module", [m for m in MODULES if _floor(m) == "plots"])
+def test_plots_know_datasets_alone(module: str) -> None:
+    assert {_floor(m) for m in _imports(MODULES[module])} <= {"plots", "results", "file_names", "errors"}
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if _floor(m) not in ("plots", "studies", "cli", "extending", "")])
+def test_what_lies_below_the_plots_draws_nothing(module: str) -> None:
+    names = {a.name for node in _nodes(MODULES[module])[0] if isinstance(node, ast.Import) for a in node.names}
+    names |= {str(node.module) for node in _nodes(MODULES[module])[0] if isinstance(node, ast.ImportFrom)}
+    assert not {n for n in names if n.split(".")[0] == "matplotlib"}
+
+
 @pytest.mark.parametrize("study", STUDIES)
 def test_figures_and_reports_know_datasets_alone(study: str) -> None:
     folder = SOURCE / "studies" / study
     own = {f"wucht.studies.{study}.{p.stem}" for pattern in ("figure*.py", "report*.py") for p in folder.glob(pattern)}
     for module in own:
-        others = {m for m in _imports(MODULES[module]) if _floor(m) not in ("results", "errors")}
+        others = {m for m in _imports(MODULES[module]) if _floor(m) not in ("plots", "results", "errors")}
         assert others <= own, module
 
 

@@ -19,7 +19,7 @@ Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file
 
 The floors of the house, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
 ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``, ``cams``,
-``dynamics``, ``studies``, ``extending``, ``cli``.
+``dynamics``, ``plots``, ``studies``, ``extending``, ``cli``.
 """
 
 from __future__ import annotations

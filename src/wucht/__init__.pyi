@@ -11,8 +11,8 @@ from .mechanics.strong_damping import strongly_damped as strongly_damped
 from .numerics.flow.compiled import compile_system as compile_system
 from .numerics.flow.integrate import integrate as integrate
 from .numerics.orbits import periodic_orbit as periodic_orbit
-from .results.page import JOURNAL as JOURNAL
-from .results.page import PRINT as PRINT
+from .plots.page import JOURNAL as JOURNAL
+from .plots.page import PRINT as PRINT
 from .studies.activation.spec import Activation as Activation
 from .studies.approximation.spec import Approximation as Approximation
 from .studies.basin.spec import Basin as Basin

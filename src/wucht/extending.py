@@ -26,10 +26,10 @@ from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.results.formatting import ReportLines, formats, in_lines
+from wucht.plots.sheet import legend_below, legend_beside, new_figure, new_grid
+from wucht.plots.style import COLOURS
+from wucht.results.formatting import ReportLines, formats, in_lines, label
 from wucht.results.quantities import Quantity, answer, table
-from wucht.results.sheet import legend_below, legend_beside, new_figure, new_grid
-from wucht.results.style import COLOURS, label
 from wucht.schema import si
 from wucht.studies.runner import draw, export, load, report, run
 from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole

@@ -11,9 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from wucht.files.catalogue import load_equations, load_machine
-from wucht.results.arranging import arrange
-from wucht.results.page import JOURNAL, made_for
-from wucht.results.sheet import new_figure, state
+from wucht.plots.arranging import arrange
+from wucht.plots.page import JOURNAL, made_for
+from wucht.plots.sheet import new_figure, state
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.spec import Basin

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import figure_checks
+from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.loading import load
-from wucht.results.page import JOURNAL, PRINT
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 

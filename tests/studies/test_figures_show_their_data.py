@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
-from wucht.results.page import JOURNAL, PRINT
+from wucht.plots.page import JOURNAL, PRINT
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 from wucht.studies.study_file import answer, read_study

@@ -18,10 +18,10 @@ from tests.refusals import refused
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
+from wucht.plots.saving import save_figure
 from wucht.results.conventions import answered, variable
 from wucht.results.loading import load
 from wucht.results.output_folder import NEW
-from wucht.results.store import save_figure
 from wucht.schema import si
 from wucht.studies import runner
 from wucht.studies.memory import Memory

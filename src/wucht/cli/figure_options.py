@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from wucht.file_names import safe_name
-from wucht.results.page import JOURNAL, PAGES, PRINT
+from wucht.plots.page import JOURNAL, PAGES, PRINT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,7 +52,7 @@ def write_figure(
     result: xr.Dataset, folder: Path, style: Style = PRINTED, formats: Iterable[Format] | None = None
 ) -> list[Path]:
     """Draw the figure of a result and write it into a folder, named as its study. Raises as ``draw`` and ``save_figure`` do."""
-    from wucht.results.store import save_figure
+    from wucht.plots.saving import save_figure
     from wucht.studies.runner import draw
 
     figure, name = draw(result, PAGES[style.value]), safe_name(str(result.attrs["study"]))

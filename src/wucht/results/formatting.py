@@ -1,9 +1,10 @@
-"""Numbers in the units that an engineer reads."""
+"""Numbers and names in the units that an engineer reads, in reports, legends and at axes."""
 
 from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FEW = 10  # rpm: below, with decimals
+_SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
 Format = Callable[[float | None], str]
 
@@ -114,6 +116,61 @@ def _speed(value: float) -> str:
 
 def _length(value: float) -> str:
     return f"{value * 1e3:.4g} mm" if abs(value) >= 1e-5 else f"{value * 1e6:.3g} um"
+
+
+def label(result: Any, name: str, factor_unit: str | None = None) -> str:
+    """``amplitude (mm)``: axis label from a variable's long name and units."""
+    attributes = result[name].attrs
+    return with_unit(attributes.get("long_name", name), attributes.get("units", "") if factor_unit is None else factor_unit)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """``text (unit)``, without brackets where there is no unit; powers raised."""
+    return f"{text} ({unit.replace('^2', '²').replace('^3', '³')})" if unit else text
+
+
+def printed_unit(result: Any, name: str) -> tuple[float, str]:
+    """The factor by which a variable is drawn, and its unit there: its own ``printed_units``; else lengths in mm."""
+    attributes = result[name].attrs
+    if "printed_units" in attributes:
+        return float(attributes["printed_factor"]), str(attributes["printed_units"])
+    return unit_in_print(str(attributes["units"]))
+
+
+def unit_in_print(unit: str) -> tuple[float, str]:
+    """The factor by which numbers of a unit are printed, and their unit there: lengths in mm."""
+    return (1e3, "mm") if unit == "m" else (1.0, unit)
+
+
+def value_in_words(value: Any, factor: float, unit: str) -> str:
+    """A number or several, as they are printed, with their unit: ``1.5 mm``; what is none as it is."""
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(value_in_words(one, factor, '') for one in value)}] {unit}".rstrip()
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    return f"{factor * value:.6g} {unit}".rstrip()
+
+
+def abscissa_label(result: Any, name: str) -> str:
+    """``time (s)``, and with its symbol where there is no unit."""
+    return label(result, name) if result[name].attrs["units"] else f"{name} {_SYMBOLS[name]}"
+
+
+def named(path: str, what: str) -> str:
+    """A parameter in words; where it has no others, by its path. Symbols of dimensionless machines stand before the words."""
+    if what in (path, f"parameter {path}"):
+        return path
+    return what if "." in path else f"{path}: {what}"
+
+
+def wrapped(text: str, letters: int) -> list[str]:
+    """A text in lines of so many letters, if that can be; a unit in brackets stays whole."""
+    whole = re.sub(r"\([^()]{1,12}\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
+    return [
+        part
+        for line in whole.split("\n")
+        for part in textwrap.wrap(line, letters, break_long_words=False, break_on_hyphens=False) or [line]
+    ]
 
 
 _POWERS = {"^2": "²", "^3": "³"}

@@ -6,7 +6,6 @@ import ctypes
 import json
 import math
 import time
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -16,12 +15,9 @@ from uuid import uuid4
 from wucht.errors import InputError, RunError
 from wucht.file_names import in_utf8
 from wucht.results.integrity import sealed
-from wucht.results.page import made_for
-from wucht.results.sheet import page_of
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 RESULT = "result.nc"  # in an output folder
@@ -63,15 +59,6 @@ def return_free_memory() -> None:
     """Give what was freed back to the system: glibc keeps blocks of up to 32 MB, in pieces between which nothing large fits."""
     with suppress(OSError, AttributeError):  # another C library
         ctypes.CDLL(None).malloc_trim(0)
-
-
-def save_figure(figure: Figure, path: Path) -> Path:
-    """Write a figure in the format of the path's ending."""
-    # Packed a third faster than by default, and a tenth larger.
-    packing: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
-    with warnings.catch_warnings(), made_for(page_of(figure)):
-        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
-        return replacing(path, lambda beside: figure.savefig(beside, format=path.suffix[1:], **packing))
 
 
 def _beside(path: Path) -> Path:

@@ -17,14 +17,14 @@ import numpy as np
 
 from wucht.dynamics.work import Report, Work
 from wucht.errors import InputError, WuchtError
+from wucht.plots.arranging import arrange
+from wucht.plots.page import PRINT, Page, made_for
+from wucht.plots.sheet import state
 from wucht.results.accessor import register
-from wucht.results.arranging import arrange
 from wucht.results.integrity import refusing_edited
 from wucht.results.loading import load as read_result
 from wucht.results.output_folder import NEW, claimed, commit
-from wucht.results.page import PRINT, Page, made_for
 from wucht.results.provenance import provenance
-from wucht.results.sheet import state
 from wucht.results.store import RESULT, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at

@@ -16,9 +16,9 @@ from tests import refusals
 import figure_checks
 import wucht as package
 from wucht.errors import InputError
+from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.conventions import variable
-from wucht.results.page import JOURNAL, PRINT
-from wucht.results.style import printed_unit
+from wucht.results.formatting import printed_unit
 from wucht.studies.comparison import run as comparison_run
 from wucht.studies.comparison.compared import compared, refused
 from wucht.studies.comparison.dataset import dataset

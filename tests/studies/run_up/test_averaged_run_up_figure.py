@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from wucht.files.catalogue import load_machine
-from wucht.results.style import SLOW
+from wucht.plots.style import SLOW
 from wucht.studies.run_up.figure import abscissa
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run

@@ -20,10 +20,10 @@ import figure_checks
 from figure_checks import alike
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.results.curves import angle_panel, draw_angles, draw_swings, thinned, without_jumps
-from wucht.results.page import JOURNAL, PRINT
-from wucht.results.store import save_figure
-from wucht.results.style import COLOURS, DASHES, MOST_LOOKS, line_style
+from wucht.plots.curves import angle_panel, draw_angles, draw_swings, thinned, without_jumps
+from wucht.plots.page import JOURNAL, PRINT
+from wucht.plots.saving import save_figure
+from wucht.plots.style import COLOURS, DASHES, MOST_LOOKS, line_style
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run
 

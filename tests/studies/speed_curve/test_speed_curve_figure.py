@@ -14,7 +14,7 @@ import sympy as sp
 
 from wucht.files.catalogue import load_machine
 from wucht.files.own_equations import OwnEquations
-from wucht.results.style import COLOURS
+from wucht.plots.style import COLOURS
 from wucht.studies.registry import study_of
 from wucht.studies.runner import draw, report, run
 from wucht.studies.speed_curve.spec import SpeedCurve

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
+from wucht.results.formatting import label, printed_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +35,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _curves(axis: Axes, result: xr.Dataset) -> None:
-    scale, unit = style.printed_unit(result, "curve_amplitude")
+    scale, unit = printed_unit(result, "curve_amplitude")
     names = list(map(str, result.curve.values))
     apart = list(dict.fromkeys(name.partition(", ")[2] for name in names if ", " in name))
     for i, name in enumerate(names):
@@ -47,15 +48,15 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
     first = float(result.activation_speed.values[0])
     if any(name.startswith(_OPENING) for name in names):
         axis.axvline(first, **style.FREE, label=f"pendulums open at {first:.4g} rad/s of their own")
-    axis.set_xlabel(style.label(result, "curve_speed"))
+    axis.set_xlabel(label(result, "curve_speed"))
     sheet.rpm_axis(axis, str(result.curve_speed.attrs["units"]), "x")
-    axis.set_ylabel(style.label(result, "curve_amplitude", unit))
+    axis.set_ylabel(label(result, "curve_amplitude", unit))
     axis.set_ylim(bottom=0)
 
 
 def _peaks(axis: Axes, result: xr.Dataset) -> None:
     """Over the orientation; over the activation speed where there is only one orientation."""
-    (scale, unit), speeds = style.printed_unit(result, "peak"), result.activation_speed.values
+    (scale, unit), speeds = printed_unit(result, "peak"), result.activation_speed.values
     degrees, over_speed = np.degrees(result.orientation.values), len(result.orientation) == 1 and len(speeds) > 1
     rows = [result.peak.values[:, 0]] if over_speed else list(result.peak.values)
     at = speeds if over_speed else degrees
@@ -70,10 +71,10 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
             _band(axis, at, np.repeat(others, len(at), axis=0) if over_speed else others, colour, dashes, name)
     if np.isfinite(float(result.none_peak)):
         axis.axhline(scale * float(result.none_peak), color=style.COLOURS[6], linewidth=0.9, label="without pendulums")
-    axis.set_xlabel(style.label(result, "activation_speed") if over_speed else "orientation at the start (°)")
+    axis.set_xlabel(label(result, "activation_speed") if over_speed else "orientation at the start (°)")
     if not over_speed:
         axis.set_xticks(degrees)
-    axis.set_ylabel(style.label(result, "peak", unit))
+    axis.set_ylabel(label(result, "peak", unit))
     axis.set_ylim(bottom=0)
 
 

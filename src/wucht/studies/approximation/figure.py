@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
+from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_above, legend_below, named_in, new_grid
-from wucht.results.style import COLOURS, GREY, label, line_style, printed_unit, with_unit
+from wucht.results.formatting import label, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

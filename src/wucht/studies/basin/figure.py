@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.sheet import colour_bar, legend_beside, new_grid
+from wucht.plots.style import GREY
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import percent
-from wucht.results.sheet import colour_bar, legend_beside, new_grid
-from wucht.results.style import GREY, named, printed_unit, with_unit
+from wucht.results.formatting import named, percent, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

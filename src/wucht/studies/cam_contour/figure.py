@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
+from wucht.plots.page import small
+from wucht.plots.style import COLOURS, GREY
 from wucht.results.conventions import summary_of
-from wucht.results.page import small
-from wucht.results.style import COLOURS, GREY
+from wucht.results.formatting import label
 from wucht.studies.cam_contour.figure_of_cam import draw_cam, is_missing
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def _force(axis: Axes, result: xr.Dataset) -> None:
     if "outer" not in result.cam.values:
         _bands(axis, result, "lift-off", "lifts off", COLOURS[1])
     axis.set_ylim(bottom=0)
-    axis.set_ylabel(style.label(result, "contact_force"))
+    axis.set_ylabel(label(result, "contact_force"))
 
 
 def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) -> None:
@@ -116,7 +117,7 @@ def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) ->
 
 def _torque(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(np.degrees(result.cam_angle.values), result.camshaft_torque.values, **style.line_style(4))
-    axis.set_ylabel(style.label(result, "camshaft_torque"))
+    axis.set_ylabel(label(result, "camshaft_torque"))
 
 
 def _pressure(axis: Axes, result: xr.Dataset) -> None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.style import COLOURS
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
+from wucht.plots.style import COLOURS, GREY
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY
+from wucht.results.formatting import with_unit
 from wucht.studies.cam_correction.figure_of_contours import LOOKS, draw_contours, draw_table
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def _over_time(axis: Axes, result: xr.Dataset) -> None:
         values = result.acceleration.sel(version=version).values
         axis.plot(1e3 * result.time.values, values, dashes, color=colour, linewidth=1.3, label=_NAMES[version])
     _time_axis(axis, result)
-    axis.set_ylabel(style.with_unit("acceleration", _unit(result)))
+    axis.set_ylabel(with_unit("acceleration", _unit(result)))
 
 
 def _time_axis(axis: Axes, result: xr.Dataset) -> None:
@@ -86,7 +87,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     )
     _decades(axis, floor, float(result.amplitude.max()), 3)
     _order_axis(axis, len(k))
-    axis.set_ylabel(style.with_unit("acceleration, amplitude", _unit(result)))
+    axis.set_ylabel(with_unit("acceleration, amplitude", _unit(result)))
 
 
 def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
@@ -129,7 +130,7 @@ def _measured_time(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(time, result.acceleration.sel(version=version).values, dashes, color=colour, linewidth=2.6)
     axis.plot(time, result.measured_acceleration.values, color=COLOURS[6], linewidth=0.9, label="measured (orders fitted)")
     _time_axis(axis, result)
-    axis.set_ylabel(style.with_unit("measured", _unit(result)))
+    axis.set_ylabel(with_unit("measured", _unit(result)))
 
 
 def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
@@ -142,4 +143,4 @@ def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
         axis.bar(k + side, shown - floor / 2, 0.4, bottom=floor / 2, color=of, edgecolor=GREY, linewidth=0.3)
     _decades(axis, floor, highest, 1)
     _order_axis(axis, len(k))
-    axis.set_ylabel(style.with_unit("measured, amplitude", _unit(result)))
+    axis.set_ylabel(with_unit("measured, amplitude", _unit(result)))

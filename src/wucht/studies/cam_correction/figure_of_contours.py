@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
-from wucht.results.page import small
-from wucht.results.style import COLOURS, GREY
+from wucht.plots.page import small
+from wucht.plots.style import COLOURS, GREY
+from wucht.results.formatting import with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def draw_table(axis: Axes, result: xr.Dataset, name: str, called: str, per: str 
         values = scale * result[name].sel(version=version).values
         axis.plot(np.degrees(result.cam_angle.values), values, dashes, color=colour, linewidth=1.1)
     _cam_angle_axis(axis)
-    axis.set_ylabel(style.with_unit(f"{called} in the cam", unit + per))
+    axis.set_ylabel(with_unit(f"{called} in the cam", unit + per))
 
 
 def _cam_angle_axis(axis: Axes) -> None:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import sheet, style
-from wucht.results.style import COLOURS, GREY
+from wucht.plots import sheet
+from wucht.plots.style import COLOURS, GREY
+from wucht.results.formatting import with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +49,7 @@ def _derivative(axis: Axes, result: xr.Dataset, name: str, order: int) -> None:
     axis.set_xlim(0, 360)
     axis.set_xticks(np.arange(0, 361, 60))
     axis.set_xlabel("cam angle (°)")
-    axis.set_ylabel(style.with_unit(name, f"{unit}{_PER[order]}"))
+    axis.set_ylabel(with_unit(name, f"{unit}{_PER[order]}"))
 
 
 def _restriction(axis: Axes, result: xr.Dataset, i: int, scale: float, named: set[str]) -> None:
@@ -77,7 +78,7 @@ def _spectrum(axis: Axes, result: xr.Dataset, power: int, name: str) -> None:
     axis.set_axisbelow(True)
     axis.bar(k, scale * k**power * result.amplitude.values, width=0.6, color=COLOURS[0], edgecolor=GREY, linewidth=0.4)
     axis.set_xlabel("order")
-    axis.set_ylabel(style.with_unit(f"{name}, amplitude", f"{unit}{_PER[power]}"))
+    axis.set_ylabel(with_unit(f"{name}, amplitude", f"{unit}{_PER[power]}"))
     axis.set_xlim(0.3, k[-1] + 0.7)
     axis.locator_params(axis="x", integer=True)
     for i in np.flatnonzero(result.harmonic.values).tolist():

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
+from wucht.plots.page import small
+from wucht.plots.style import COLOURS, GREY
 from wucht.results.conventions import summary_of
-from wucht.results.page import small
-from wucht.results.style import COLOURS, GREY
+from wucht.results.formatting import with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,9 +116,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     axis.set_xlim(0.3, k[-1] + 0.7)
     axis.locator_params(axis="x", integer=True)
     axis.set_xlabel("order")
-    axis.set_ylabel(
-        style.with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"]).replace("^2", "²"))
-    )
+    axis.set_ylabel(with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"]).replace("^2", "²")))
     _legend(axis)
 
 
@@ -208,7 +207,7 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
     _plain(axis.yaxis)
     axis.set_xlim(speeds[0], speeds[-1])
     axis.set_xlabel("mean speed (rpm)")
-    axis.set_ylabel(style.with_unit("deviation in the dwell", unit))
+    axis.set_ylabel(with_unit("deviation in the dwell", unit))
     sheet.legend_above(axis)
 
 
@@ -219,7 +218,7 @@ def _excited(axis: Axes, result: xr.Dataset) -> None:
     own = [name in result.lever.values.tolist() for name in names]
     lowest, highest = _decades(size)
     _bars(axis, size, [COLOURS[0] if o else COLOURS[4] for o in own], names, (lowest, highest))
-    axis.set_xlabel(style.with_unit("deviation in the dwell at this speed", unit))
+    axis.set_xlabel(with_unit("deviation in the dwell at this speed", unit))
 
 
 def _twist(axis: Axes, result: xr.Dataset) -> None:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.sheet import legend_above, legend_beside, new_grid
+from wucht.plots.style import COLOURS, GREY
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_above, legend_beside, new_grid
-from wucht.results.style import COLOURS, GREY, named, with_unit
+from wucht.results.formatting import named, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
+from wucht.plots.style import COLOURS, GREY, mark_levels, plain_decades
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_beside, new_figure, rpm_axis
-from wucht.results.style import COLOURS, GREY, abscissa_label, label, mark_levels, plain_decades, printed_unit
+from wucht.results.formatting import abscissa_label, label, printed_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.curves import thinned
+from wucht.plots.curves import thinned
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import study_of
 

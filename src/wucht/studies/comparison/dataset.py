@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.results.formatting import value_in_words
 from wucht.results.quantities import Quantity, answer
-from wucht.results.style import value_in_words
 from wucht.studies.comparison.compared import Compared
 from wucht.studies.comparison.prepare import Case, Plan
 from wucht.studies.comparison.run import Findings

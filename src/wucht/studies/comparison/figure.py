@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import style
+from wucht.plots import style
+from wucht.plots.page import current_page, small
+from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.results.conventions import summary_of
-from wucht.results.page import current_page, small
-from wucht.results.sheet import legend_above, legend_below, named_in, new_grid, wrapped
+from wucht.results.formatting import label, printed_unit, value_in_words, wrapped
 from wucht.studies.comparison.report import names_of, shown_numbers
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ def _told(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) 
 
 
 def _value(result: xr.Dataset, path: str, variant: int) -> str:
-    return style.value_in_words(result[path].values[variant].item(), *style.printed_unit(result, path))
+    return value_in_words(result[path].values[variant].item(), *printed_unit(result, path))
 
 
 def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
@@ -101,27 +102,27 @@ def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
 
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
     x, y = (result[f"curve_{number}_{n}"] for n in "xy")
-    (x_scale, x_unit), (y_scale, y_unit) = (style.printed_unit(result, str(v.name)) for v in (x, y))
+    (x_scale, x_unit), (y_scale, y_unit) = (printed_unit(result, str(v.name)) for v in (x, y))
     for k in _with_curves(result):
         name = names[k] if k < len(names) else None
         axis.plot(x_scale * x.values[k], y_scale * y.values[k], label=name, **style.line_style(k))
-    axis.set_xlabel(style.label(result, str(x.name), x_unit))
-    axis.set_ylabel(style.label(result, str(y.name), y_unit))
+    axis.set_xlabel(label(result, str(x.name), x_unit))
+    axis.set_ylabel(label(result, str(y.name), y_unit))
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A number over the first key that is varied, a line for each file and value of the second; else over the variants."""
-    (scale, unit), paths = style.printed_unit(result, name), list(summary_of(result)["vary"])
+    (scale, unit), paths = printed_unit(result, name), list(summary_of(result)["vary"])
     values, continuous = scale * result[name].values, bool(paths) and result[paths[0]].dtype.kind == "f"
-    axis.set_ylabel(style.label(result, name, unit))
+    axis.set_ylabel(label(result, name, unit))
     groups = _groups(result, paths[1:]) if paths else [list(range(len(values)))]
     x = _abscissa(axis, result, paths)
     for j, members in enumerate(groups):
         at = [members[k] for k in np.argsort(x[members], kind="stable")]
         marker, dashes = _MARKS[j % len(_MARKS)], _LINES[j // len(_MARKS) % len(_LINES)] if continuous else ""
-        label = _told(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
+        group = _told(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
         mark: dict[str, Any] = {"marker": marker, "markersize": 6, "markerfacecolor": "none", "markeredgewidth": 1.4}
-        axis.plot(x[at], values[at], label=label, color=style.GREY, linewidth=0.9, linestyle=dashes, **mark)
+        axis.plot(x[at], values[at], label=group, color=style.GREY, linewidth=0.9, linestyle=dashes, **mark)
         for k in at:
             axis.plot(x[k], values[k], color=style.line_style(k)["color"], linestyle="", **mark)
 
@@ -137,8 +138,8 @@ def _groups(result: xr.Dataset, paths: Sequence[str]) -> list[list[int]]:
 def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarray:
     """Where (n,) the variants stand along it: by the first key that is varied, by its texts, or one after the other."""
     if paths and result[paths[0]].dtype.kind == "f":
-        x_scale, x_unit = style.printed_unit(result, paths[0])
-        axis.set_xlabel(style.label(result, paths[0], x_unit))
+        x_scale, x_unit = printed_unit(result, paths[0])
+        axis.set_xlabel(label(result, paths[0], x_unit))
         x = np.asarray(x_scale * result[paths[0]].values)
         if (np.round(x) == x).all():
             axis.locator_params(axis="x", integer=True)

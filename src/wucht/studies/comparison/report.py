@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.sheet import wrapped
-from wucht.results.style import label, printed_unit
+from wucht.results.formatting import label, printed_unit, wrapped
 
 if TYPE_CHECKING:
     import xarray as xr

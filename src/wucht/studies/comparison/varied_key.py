@@ -10,7 +10,7 @@ from typing import Any
 
 from wucht.dynamics.run_ups.varied import start_states
 from wucht.machines.machine import Machine
-from wucht.results.style import unit_in_print, value_in_words
+from wucht.results.formatting import unit_in_print, value_in_words
 from wucht.schema import Parameter, Unit, unit_of
 from wucht.studies.study_file import StudyFile
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
+from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_beside, new_figure, rpm_axis
-from wucht.results.style import COLOURS, FREE, GREY, label, line_style, named, with_unit
+from wucht.results.formatting import label, named, with_unit
 from wucht.studies.entrainment.report import band_in_words
 
 if TYPE_CHECKING:

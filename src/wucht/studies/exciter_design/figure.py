@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
 from wucht.results.conventions import summary_of
+from wucht.results.formatting import label, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +35,7 @@ _LINES: dict[str, tuple[str, dict[str, Any]]] = {
 
 def figure(result: xr.Dataset) -> Figure:
     """Up to six panels from a design's Dataset alone."""
-    scale, unit = style.printed_unit(result, "amplitude_wanted")
+    scale, unit = printed_unit(result, "amplitude_wanted")
     panels: list[Callable[[Axes, xr.Dataset], None]] = [
         partial(_spectra, scale=scale, unit=unit, by_number=by_number) for by_number in (True, False)
     ]
@@ -52,22 +53,22 @@ def figure(result: xr.Dataset) -> Figure:
 def _spectra(axis: Axes, result: xr.Dataset, scale: float, unit: str, by_number: bool) -> None:
     """002 figure 6.6: amplitude over cumulative cycles; or over their share, the area between two lines being a distance."""
     x = result["share"].values * (float(result["wanted_cycles"]) if by_number else 1.0)
-    for name, (label, look) in _LINES.items():
+    for name, (words, look) in _LINES.items():
         if np.isfinite(result[name].values).any():
-            axis.plot(x, scale * result[name].values, label=label, **look)
+            axis.plot(x, scale * result[name].values, label=words, **look)
     if by_number:
         axis.set_xscale("log")
         style.plain_decades(axis.xaxis)
     axis.set_title("cumulative spectrum")
     axis.set_xlabel("cumulative cycles" if by_number else "share of the cycles that reach the amplitude")
-    axis.set_ylabel(style.with_unit("amplitude", unit))
+    axis.set_ylabel(with_unit("amplitude", unit))
     axis.set_ylim(bottom=0)
 
 
 def _beat(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     axis.set_title("one beat of the design")
-    axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else style.label(result, "beat_time"))
-    axis.set_ylabel(style.with_unit("amplitude", unit))
+    axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else label(result, "beat_time"))
+    axis.set_ylabel(with_unit("amplitude", unit))
     axis.set_ylim(0, None)
     time, amplitude = result["beat_time"].values, scale * result["beat_amplitude"].values
     axis.fill_between(
@@ -80,7 +81,7 @@ def _beat(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
 def _reach(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Which largest amplitudes and which ratios the exciter can have within the ranges, and how full its spectra are."""
     axis.set_title("what can be reached")
-    axis.set_xlabel(style.with_unit("largest amplitude", unit))
+    axis.set_xlabel(with_unit("largest amplitude", unit))
     axis.set_ylabel("smallest over largest amplitude")
     x, y = scale * result["tried_upper"].values, result["tried_ratio"].values
     known = np.isfinite(x)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
 from wucht.results.conventions import summary_of
+from wucht.results.formatting import label, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +29,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _time_label(result: xr.Dataset, name: str) -> str:
-    return style.label(result, name) if result[name].attrs["units"] else "time $\\tau$"
+    return label(result, name) if result[name].attrs["units"] else "time $\\tau$"
 
 
 def _failed(axis: Axes, result: xr.Dataset) -> None:
@@ -46,20 +47,20 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         axis.axhline(level, **style.line_style(1) | {"linestyle": ":"}, label=None if k else "averaged equations")
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
-    axis.set_ylabel(style.label(result, "speed"))
+    axis.set_ylabel(label(result, "speed"))
     sheet.rpm_axis(axis, str(result["speed"].attrs["units"]))
 
 
 def _load(axis: Axes, result: xr.Dataset) -> None:
     """Between which values the load goes."""
-    scale, unit = style.printed_unit(result, "highest")
+    scale, unit = printed_unit(result, "highest")
     time, high, low = result["reading_time"].values, scale * result["highest"].values, scale * result["lowest"].values
     both = np.isfinite(high) & np.isfinite(low)
     axis.set_title("load of the specimen")
     axis.fill_between(time[both], low[both], high[both], color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
-    axis.set_ylabel(style.with_unit(result.attrs["signal"], unit))
+    axis.set_ylabel(with_unit(result.attrs["signal"], unit))
 
 
 def _seen(axis: Axes, result: xr.Dataset) -> None:
@@ -74,7 +75,7 @@ def _seen(axis: Axes, result: xr.Dataset) -> None:
     mean = summary_of(result)["delay"]["mean"]
     if mean is not None:
         axis.axvline(mean, color=style.COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
-    axis.set_xlabel(style.label(result, "alarm_time"))
+    axis.set_xlabel(label(result, "alarm_time"))
 
 
 def _stiffness(axis: Axes, result: xr.Dataset) -> None:
@@ -100,7 +101,7 @@ def _signal(axis: Axes, result: xr.Dataset) -> None:
     if np.isfinite(signal).any():
         at = np.unravel_index(int(np.nanargmax(signal)), signal.shape)
         axis.plot(along[at[0]], signal[at], "*", color="black", markersize=9, label="largest", zorder=5)
-    axis.set_xlabel(style.label(result, "along"))
+    axis.set_xlabel(label(result, "along"))
     axis.set_ylabel("change of speed / standard deviation")
     axis.locator_params(axis="x", nbins=5)
     axis.set_ylim(bottom=0)

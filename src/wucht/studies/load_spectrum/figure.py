@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import sheet, style
-from wucht.results.curves import draw_swings
+from wucht.plots import sheet, style
+from wucht.plots.curves import draw_swings
+from wucht.results.formatting import label, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +22,7 @@ _KNEE = 10.0  # times the cycles at the knee: so far the Woehler line is drawn a
 
 def figure(result: xr.Dataset) -> Figure:
     """Up to four panels from a load spectrum's Dataset alone."""
-    scale, unit = style.printed_unit(result, "range")
+    scale, unit = printed_unit(result, "range")
     panels = [_cumulative] if len(result["range"]) else []
     panels += [_matrix] if result["matrix"].values.any() else []
     panels += [_course]
@@ -36,7 +37,7 @@ def figure(result: xr.Dataset) -> Figure:
 def _crossings(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     axis.plot(result["crossings"].values, scale * result["level"].values, color=style.COLOURS[0])
     axis.set_xlabel("crossings")
-    axis.set_ylabel(style.with_unit("level", unit))
+    axis.set_ylabel(with_unit("level", unit))
     axis.set_title("level crossings")
 
 
@@ -44,7 +45,7 @@ def _cumulative(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None
     """Amplitude over cumulative cycles, 002 figure 6.6."""
     axis.set_title("cumulative spectrum")
     axis.set_xlabel("cumulative cycles")
-    axis.set_ylabel(style.with_unit("amplitude", unit))
+    axis.set_ylabel(with_unit("amplitude", unit))
     amplitudes, counts = scale * result["range"].values[::-1] / 2, result["cumulative"].values[::-1]
     # A stair: so many cycles have at least this amplitude. It begins at the smallest number that can be.
     least = min(0.5, float(counts[0]) / 2)
@@ -77,8 +78,8 @@ def _matrix(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     from matplotlib.colors import LogNorm
 
     axis.set_title("range-mean matrix")
-    axis.set_xlabel(style.with_unit("mean", unit))
-    axis.set_ylabel(style.with_unit("range", unit))
+    axis.set_xlabel(with_unit("mean", unit))
+    axis.set_ylabel(with_unit("range", unit))
     counts = result["matrix"].values
     inside = counts[counts > 0]
     norm = LogNorm(float(inside.min()), max(float(inside.max()), 10 * float(inside.min())))
@@ -105,8 +106,8 @@ def _course(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Between which values the signal went."""
     time = result["course_time"].values
     axis.set_title("course of the signal")
-    axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else style.label(result, "course_time"))
-    axis.set_ylabel(style.with_unit("signal", unit))
+    axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else label(result, "course_time"))
+    axis.set_ylabel(with_unit("signal", unit))
     low, high = scale * result["lowest"].values, scale * result["highest"].values
     if np.array_equal(low, high):
         draw_swings(axis, time, high, color=style.COLOURS[0], linewidth=0.6, label="turning points")
@@ -127,7 +128,7 @@ def _bars(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     name = "share of the damage" if damage else "cycles"
     axis.set_title(f"{name}, by amplitude")
     axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=style.COLOURS[1])
-    axis.set_xlabel(style.with_unit("amplitude", unit))
+    axis.set_xlabel(with_unit("amplitude", unit))
     axis.set_ylabel(name)
     axis.set_xlim(left=0)
     axis.set_ylim(bottom=0)

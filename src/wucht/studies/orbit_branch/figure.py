@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.sheet import legend_below, new_grid, rpm_axis
-from wucht.results.style import COLOURS, label, line_style, named, printed_unit, with_unit
+from wucht.plots.sheet import legend_below, new_grid, rpm_axis
+from wucht.plots.style import COLOURS, line_style
+from wucht.results.formatting import label, named, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.sheet import legend_below, new_grid
-from wucht.results.style import COLOURS, with_unit
+from wucht.plots.sheet import legend_below, new_grid
+from wucht.plots.style import COLOURS
+from wucht.results.formatting import with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import sheet, style
-from wucht.results.configuration_lines import draw_configurations
-from wucht.results.curves import thinned, without_jumps
-from wucht.results.style import COLOURS, GREY, label, line_style
+from wucht.plots import sheet, style
+from wucht.plots.configuration_lines import draw_configurations
+from wucht.plots.curves import thinned, without_jumps
+from wucht.plots.style import COLOURS, GREY, line_style
+from wucht.results.formatting import label, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +48,7 @@ def _several(result: xr.Dataset) -> bool:
 
 
 def _amplitude(axis: Axes, result: xr.Dataset) -> None:
-    scale, unit = style.printed_unit(result, "amplitude")
+    scale, unit = printed_unit(result, "amplitude")
     if _several(result):
         draw_configurations(axis, result, scale * result.amplitude.values)
         axis.set_ylabel(label(result, "amplitude", unit))
@@ -89,7 +90,7 @@ def _phase(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _centre(axis: Axes, result: xr.Dataset) -> None:
-    scale, unit = style.printed_unit(result, "centre_distance")
+    scale, unit = printed_unit(result, "centre_distance")
     speed = result.speed.values
     if _several(result):
         draw_configurations(axis, result, scale * result.centre_distance.values)
@@ -101,7 +102,7 @@ def _centre(axis: Axes, result: xr.Dataset) -> None:
             *thinned(speed, scale * result.amplitude.values), color=COLOURS[0], linewidth=0.9, linestyle="--", label="axis"
         )
     axis.axhline(scale * float(result.eccentricity), color=GREY, linestyle="-.", linewidth=0.8, label="eccentricity")
-    axis.set_ylabel(style.with_unit("distance from rest", unit))
+    axis.set_ylabel(with_unit("distance from rest", unit))
     _limit(axis, result, scale)
 
 
@@ -111,7 +112,7 @@ def _torque(axis: Axes, result: xr.Dataset) -> None:
         if np.abs(losses).any():
             axis.plot(*thinned(speed, losses), color=COLOURS[2], linewidth=1.0, linestyle="-.", label="loads and bearings")
         draw_configurations(axis, result, result.vibration_torque.values)
-        axis.set_ylabel(style.with_unit("vibration torque", result.vibration_torque.attrs["units"]))
+        axis.set_ylabel(with_unit("vibration torque", result.vibration_torque.attrs["units"]))
         return
     if np.abs(losses).any():
         axis.plot(*thinned(speed, required), color=COLOURS[6], linewidth=1.1, linestyle="--", label="with losses")

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import sheet, style
+from wucht.plots import sheet, style
+from wucht.plots.curves import angle_panel, draw_angles, draw_swings, thinned
 from wucht.results.conventions import summary_of
-from wucht.results.curves import angle_panel, draw_angles, draw_swings, thinned
+from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,7 +65,7 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     """
     over = _over(result)
     if over == "time":
-        return result.time.values, style.abscissa_label(result, "time")
+        return result.time.values, abscissa_label(result, "time")
     if over == "phi":
         return rotor_angle(result, model), "angle of the rotor $\\varphi$ (rad)"
     return mean_phase(result, model), "mean phase of the bodies $\\psi$ (rad)"
@@ -103,7 +104,7 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     natural = sorted({round(f, 9) for f in summary_of(result)["natural_frequencies"].values() if f is not None})
     signed = [-f if free < 0 else f for f in natural]
     style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
-    axis.set_ylabel(style.label(result, "speed"))
+    axis.set_ylabel(label(result, "speed"))
     sheet.rpm_axis(axis, str(result.speed.attrs["units"]))
 
 
@@ -116,7 +117,7 @@ def _look(i: int, name: str, count: int) -> dict[str, Any]:
 
 
 def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None, decades: bool = False) -> None:
-    scale, unit = style.printed_unit(result, "amplitude")
+    scale, unit = printed_unit(result, "amplitude")
     amplitude = scale * result.amplitude.values
     if decades:
         axis.set_yscale("log")
@@ -127,7 +128,7 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
     draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
         axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
-    axis.set_ylabel(style.with_unit("amplitude", unit) if decades else style.label(result, "amplitude", unit))
+    axis.set_ylabel(with_unit("amplitude", unit) if decades else label(result, "amplitude", unit))
     if not decades:
         axis.set_ylim(bottom=0)
         return
@@ -170,7 +171,7 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
 
 def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     draw_swings(axis, time, result.motor_power.values, color=style.COLOURS[1], linewidth=1.0, label="motor power")
-    axis.set_ylabel(style.label(result, "motor_power"))
+    axis.set_ylabel(label(result, "motor_power"))
 
 
 def _residual(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
@@ -187,7 +188,7 @@ def _residual(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
 def _figure_of_many(result: xr.Dataset) -> Figure:
     """Two panels of many run-ups: speed and amplitude of each case, named at the ends of the lines where there is room."""
     drawn, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
-    cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, style.printed_unit(result, "amplitude")
+    cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, printed_unit(result, "amplitude")
     few = len(cases) <= style.MOST_LOOKS
     for k, case in enumerate(cases):
         run = result.isel(case=k)
@@ -204,10 +205,10 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
             amplitude.plot(*thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
-    speed.set_ylabel(style.label(result, "speed"))
-    amplitude.set_ylabel(style.label(result, "amplitude", unit))
+    speed.set_ylabel(label(result, "speed"))
+    amplitude.set_ylabel(label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
-    amplitude.set_xlabel(style.label(result, "abscissa") if over else style.abscissa_label(result, "time"))
+    amplitude.set_xlabel(label(result, "abscissa") if over else abscissa_label(result, "time"))
     sheet.rpm_axis(speed, str(result.speed.attrs["units"]))
     ends = [np.asarray(line.get_xdata())[[0, -1]] for line in amplitude.get_lines() if np.size(line.get_xdata())]
     if ends and np.ptp(ends) > 0:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.page import small
+from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
+from wucht.plots.style import COLOURS, GREY
 from wucht.results.conventions import summary_of
-from wucht.results.page import small
-from wucht.results.sheet import legend_beside, new_figure, rpm_axis
-from wucht.results.style import COLOURS, GREY, label, named, printed_unit, with_unit
+from wucht.results.formatting import label, named, printed_unit, with_unit
 
 Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of the parameter's values and what there is: what is drawn
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.page import small
-from wucht.results.sheet import legend_beside, new_figure
-from wucht.results.style import COLOURS, GREY, named, with_unit
+from wucht.plots.page import small
+from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.style import COLOURS, GREY
+from wucht.results.formatting import named, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
+from wucht.plots.style import COLOURS, FREE, line_style
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_beside, new_figure, rpm_axis
-from wucht.results.style import COLOURS, FREE, label, line_style, named, printed_unit, with_unit
+from wucht.results.formatting import label, named, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
 
 if TYPE_CHECKING:

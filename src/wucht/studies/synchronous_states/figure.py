@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.page import current_page, small
-from wucht.results.sheet import legend_beside, legend_over, new_grid, rpm_axis
-from wucht.results.style import COLOURS, GREY, label
+from wucht.plots.page import current_page, small
+from wucht.plots.sheet import legend_beside, legend_over, new_grid, rpm_axis
+from wucht.plots.style import COLOURS, GREY
+from wucht.results.formatting import label
 from wucht.studies.synchronous_states.report import chosen
 
 if TYPE_CHECKING:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.configuration_lines import draw_configurations
-from wucht.results.sheet import new_figure
-from wucht.results.style import COLOURS, GREY, mark_speeds, with_unit
+from wucht.plots.configuration_lines import draw_configurations
+from wucht.plots.sheet import new_figure
+from wucht.plots.style import COLOURS, GREY, mark_speeds
+from wucht.results.formatting import with_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,8 @@ import pytest
 from matplotlib import rc_context, rcParams
 
 import wucht as package
-from wucht.results import arranging, sheet
-from wucht.results.page import JOURNAL, PRINT, Page, made_for
+from wucht.plots import arranging, sheet
+from wucht.plots.page import JOURNAL, PRINT, Page, made_for
 
 MM = 25.4
 

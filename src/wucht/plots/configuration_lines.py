@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import COLOURS, GREY
+from wucht.plots.style import COLOURS, GREY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.sheet import legend_beside, rpm_axis
+from wucht.plots.sheet import legend_beside, rpm_axis
+from wucht.results.formatting import abscissa_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +28,6 @@ HATCHED: tuple[dict[str, Any], ...] = (
     {"edgecolor": "white", "linewidth": 0.0, "hatch": "////"},
 )
 _MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours come again; of the panel's diagonal
-_SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
 
 def plain_decades(axis: Axis) -> None:
@@ -44,44 +44,6 @@ def line_style(index: int) -> dict[str, Any]:
     # Not at the same places: where curves lie upon each other the marks are seen side by side.
     every = (_MARK_EVERY * (index % len(COLOURS)) / len(COLOURS), _MARK_EVERY)
     return look | {"marker": _MARKS[again - 1], "markersize": 3.5, "markerfacecolor": "white", "markevery": every}
-
-
-def label(result: Any, name: str, factor_unit: str | None = None) -> str:
-    """``amplitude (mm)``: axis label from a variable's long name and units."""
-    attributes = result[name].attrs
-    return with_unit(attributes.get("long_name", name), attributes.get("units", "") if factor_unit is None else factor_unit)
-
-
-def with_unit(text: str, unit: str) -> str:
-    """``text (unit)``, without brackets where there is no unit; powers raised."""
-    return f"{text} ({unit.replace('^2', '²').replace('^3', '³')})" if unit else text
-
-
-def printed_unit(result: Any, name: str) -> tuple[float, str]:
-    """The factor by which a variable is drawn, and its unit there: its own ``printed_units``; else lengths in mm."""
-    attributes = result[name].attrs
-    if "printed_units" in attributes:
-        return float(attributes["printed_factor"]), str(attributes["printed_units"])
-    return unit_in_print(str(attributes["units"]))
-
-
-def unit_in_print(unit: str) -> tuple[float, str]:
-    """The factor by which numbers of a unit are printed, and their unit there: lengths in mm."""
-    return (1e3, "mm") if unit == "m" else (1.0, unit)
-
-
-def value_in_words(value: Any, factor: float, unit: str) -> str:
-    """A number or several, as they are printed, with their unit: ``1.5 mm``; what is none as it is."""
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(value_in_words(one, factor, '') for one in value)}] {unit}".rstrip()
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return str(value)
-    return f"{factor * value:.6g} {unit}".rstrip()
-
-
-def abscissa_label(result: Any, name: str) -> str:
-    """``time (s)``, and with its symbol where there is no unit."""
-    return label(result, name) if result[name].attrs["units"] else f"{name} {_SYMBOLS[name]}"
 
 
 def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
@@ -111,10 +73,3 @@ def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], fre
         legend_beside(axis)
     rpm_axis(axes[0], str(result.speed.attrs["units"]), "x")
     axes[-1].set_xlabel(abscissa_label(result, "speed"))
-
-
-def named(path: str, what: str) -> str:
-    """A parameter in words; where it has no others, by its path. Symbols of dimensionless machines stand before the words."""
-    if what in (path, f"parameter {path}"):
-        return path
-    return what if "." in path else f"{path}: {what}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import GREY
+from wucht.plots.style import GREY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

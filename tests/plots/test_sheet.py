@@ -11,10 +11,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import figure_checks
-from wucht.results import sheet
-from wucht.results.arranging import arrange
-from wucht.results.page import JOURNAL, PRINT, Page, made_for
-from wucht.results.style import line_style
+from wucht.plots import sheet
+from wucht.plots.arranging import arrange
+from wucht.plots.page import JOURNAL, PRINT, Page, made_for
+from wucht.plots.style import line_style
 
 PAGES = pytest.mark.parametrize("page", [PRINT, JOURNAL], ids=["print", "journal"])
 

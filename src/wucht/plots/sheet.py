@@ -6,15 +6,14 @@ A figure is a column of rows, each of one or more panels.
 from __future__ import annotations
 
 import math
-import re
-import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.page import PRINT, Page, current_page
+from wucht.plots.page import PRINT, Page, current_page
+from wucht.results.formatting import wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -228,13 +227,3 @@ def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
     bar.ax.tick_params(labelsize=current_page().small)
     sheet_of(figure).right[axis] = SCALE + _BAR
     return bar
-
-
-def wrapped(text: str, letters: int) -> list[str]:
-    """A text in lines of so many letters, if that can be; a unit in brackets stays whole."""
-    whole = re.sub(r"\([^()]{1,12}\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
-    return [
-        part
-        for line in whole.split("\n")
-        for part in textwrap.wrap(line, letters, break_long_words=False, break_on_hyphens=False) or [line]
-    ]

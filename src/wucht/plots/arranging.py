@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from wucht.results.page import Page, current_page, made_for
-from wucht.results.sheet import LETTER, LINE, TICKS, TITLE, Named, Sheet, figure_of, has_sheet, sheet_of, wrapped
-from wucht.results.style import GREY
+from wucht.plots.page import Page, current_page, made_for
+from wucht.plots.sheet import LETTER, LINE, TICKS, TITLE, Named, Sheet, figure_of, has_sheet, sheet_of
+from wucht.plots.style import GREY
+from wucht.results.formatting import wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
