@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.scales import plain_decades
 from wucht.plots.style import GREY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+RESIDUAL = 0.45  # inches: the panel of the energy residual is a check, and takes no more room than that
+_ROUNDING = 1e-18  # a residual: nothing below is drawn
 _MOST_POINTS = 4000
 _NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
@@ -32,6 +35,16 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rest = np.arange(len(begins) * size, len(x))
     keep = np.unique(np.concatenate([[0], low, high, rest, [len(x) - 1]]))
     return x[keep], y[keep]
+
+
+def draw_residual(axis: Axes, time: np.ndarray, residual: np.ndarray) -> None:
+    """That of the energy balance: that it is small is all that is to be seen."""
+    axis.semilogy(*thinned(time, np.maximum(residual, _ROUNDING)), color=GREY, linewidth=0.8)
+    axis.set_ylim(_ROUNDING, max(1e-8, 10 * float(residual.max(initial=0.0))))
+    axis.set_yticks([1e-16, 1e-8])
+    axis.minorticks_off()
+    plain_decades(axis.yaxis)
+    axis.set_ylabel("energy\nresidual")
 
 
 def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:

@@ -6,7 +6,7 @@ A figure is a column of rows, each of one or more panels.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -175,6 +175,27 @@ def _once(handles: Iterable[Any], title: str | None) -> Named | None:
     for handle in handles:
         once.setdefault(str(handle.get_label()), handle)
     return Named(list(once.values()), list(once), title) if once else None
+
+
+def draw_panels(
+    result: Any,
+    panels: Sequence[Callable[[Axes, Any], None]],
+    legend: Callable[[Axes], None] | None = legend_above,
+    *,
+    subtitle: str | None = None,
+    **layout: Any,
+) -> tuple[Figure, list[Axes]]:
+    """A figure under the title and sentence of a result (or a subtitle), each panel drawn by a function and with its legend.
+
+    layout: as for ``new_grid``.
+    """
+    below = result.attrs["sentence"] if subtitle is None else subtitle
+    drawn, axes = new_grid(len(panels), result.attrs["title"], below, **layout)
+    for draw, axis in zip(panels, axes, strict=True):
+        draw(axis, result)
+        if legend is not None:
+            legend(axis)
+    return drawn, axes
 
 
 def name_at_ends(axis: Axes) -> None:

@@ -12,7 +12,6 @@ from wucht.results.formatting import abscissa_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
 
 # M. Okabe, K. Ito, "Color Universal Design", 2008: distinguishable with every kind of colour vision (less its pale yellow).
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -27,12 +26,8 @@ HATCHED: tuple[dict[str, Any], ...] = (
     {"edgecolor": GREY, "linewidth": 0.3},
     {"edgecolor": "white", "linewidth": 0.0, "hatch": "////"},
 )
+_BRIGHTEST = 0.9  # of the scale of colours
 _MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours come again; of the panel's diagonal
-
-
-def plain_decades(axis: Axis) -> None:
-    """Ticks of a logarithmic axis as 1e-9: matplotlib's own typesetting of powers takes as long as all the rest of a figure."""
-    axis.set_major_formatter(lambda value, _position: f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e"))
 
 
 def line_style(index: int) -> dict[str, Any]:
@@ -44,6 +39,14 @@ def line_style(index: int) -> dict[str, Any]:
     # Not at the same places: where curves lie upon each other the marks are seen side by side.
     every = (_MARK_EVERY * (index % len(COLOURS)) / len(COLOURS), _MARK_EVERY)
     return look | {"marker": _MARKS[again - 1], "markersize": 3.5, "markerfacecolor": "white", "markevery": every}
+
+
+def shades(count: int) -> list[str]:
+    """Of many lines in their order: from dark to as light as is seen on white."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [str(to_hex(colormaps["viridis"](_BRIGHTEST * k / max(count - 1, 1)))) for k in range(count)]
 
 
 def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:

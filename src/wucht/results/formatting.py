@@ -151,9 +151,10 @@ def value_in_words(value: Any, factor: float, unit: str) -> str:
     return f"{factor * value:.6g} {unit}".rstrip()
 
 
-def abscissa_label(result: Any, name: str) -> str:
-    """``time (s)``, and with its symbol where there is no unit."""
-    return label(result, name) if result[name].attrs["units"] else f"{name} {_SYMBOLS[name]}"
+def abscissa_label(result: Any, name: str, of: str = "") -> str:
+    """``time (s)``; where there is no unit, the word ``of`` (that of the variable) with its symbol."""
+    word = of or name
+    return label(result, name) if result[name].attrs["units"] else f"{word} {_SYMBOLS[word]}"
 
 
 def named(path: str, what: str) -> str:

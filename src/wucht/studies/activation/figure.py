@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots import sheet, style
+from wucht.plots.scales import name_speeds, printed
+from wucht.plots.sheet import draw_panels, legend_beside
+from wucht.plots.style import COLOURS, DASHES, FREE, GREY, line_style
 from wucht.results.formatting import label, printed_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 RIGID = "rigid"  # as the runs are called in the Dataset
 _OPENING = ("switchable", "balanced")  # runs in which pendulums open
@@ -26,32 +26,25 @@ _MARKS: dict[str, dict[str, Any]] = {
 
 def figure(result: xr.Dataset) -> Figure:
     """From an activation's Dataset alone: two panels, one where there is but one orientation and one activation speed."""
-    panels = 1 + (result.peak.sizes["orientation"] * result.peak.sizes["activation_speed"] > 1)
-    drawn, axes = sheet.new_grid(panels, result.attrs["title"], result.attrs["sentence"], columns=1, heights=2.5)
-    for draw, axis in zip((_curves, _peaks), axes, strict=False):
-        draw(axis, result)
-        sheet.legend_beside(axis)
-    return drawn
+    several = result.peak.sizes["orientation"] * result.peak.sizes["activation_speed"] > 1
+    panels = [_curves, _peaks] if several else [_curves]
+    return draw_panels(result, panels, legend_beside, columns=1, heights=2.5)[0]
 
 
 def _curves(axis: Axes, result: xr.Dataset) -> None:
-    scale, unit = printed_unit(result, "curve_amplitude")
+    amplitudes, shown = printed(result, "curve_amplitude")
     names = list(map(str, result.curve.values))
     apart = list(dict.fromkeys(name.partition(", ")[2] for name in names if ", " in name))
     for i, name in enumerate(names):
         kind, _, angle = name.partition(", ")
-        colour = style.COLOURS[apart.index(angle) % (len(style.COLOURS) - 1)] if angle else style.COLOURS[-1]
-        dashes = style.DASHES[apart.index(angle) % len(style.DASHES)] if angle else "-"
-        marks = _MARKS.get(kind, {})
-        speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
-        axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=1.2, **marks)
+        colour = COLOURS[apart.index(angle) % (len(COLOURS) - 1)] if angle else COLOURS[-1]
+        look: dict[str, Any] = {"linestyle": DASHES[apart.index(angle) % len(DASHES)] if angle else "-", "linewidth": 1.2}
+        axis.plot(result.curve_speed.values[i], amplitudes[i], label=name, color=colour, **look | _MARKS.get(kind, {}))
     first = float(result.activation_speed.values[0])
     if any(name.startswith(_OPENING) for name in names):
-        axis.axvline(first, **style.FREE, label=f"pendulums open at {first:.4g} rad/s of their own")
-    axis.set_xlabel(label(result, "curve_speed"))
-    sheet.rpm_axis(axis, str(result.curve_speed.attrs["units"]), "x")
-    axis.set_ylabel(label(result, "curve_amplitude", unit))
-    axis.set_ylim(bottom=0)
+        axis.axvline(first, **FREE, label=f"pendulums open at {first:.4g} rad/s of their own")
+    name_speeds(axis, result, "curve_speed", "x")
+    axis.set(ylabel=shown, ylim=(0, None))
 
 
 def _peaks(axis: Axes, result: xr.Dataset) -> None:
@@ -61,21 +54,20 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
     rows = [result.peak.values[:, 0]] if over_speed else list(result.peak.values)
     at = speeds if over_speed else degrees
     for i, row in enumerate(rows):
-        look = style.line_style(i)
+        look = line_style(i)
         name = "switchable" if over_speed or len(speeds) == 1 else f"switchable, {speeds[i]:.4g} rad/s"
         if np.isfinite(row).any():
             _band(axis, at, scale * row, look["color"], look["linestyle"], name)
-    for name, colour, dashes in (("balanced", style.COLOURS[3], "-."), (RIGID, style.GREY, ":")):
+    for name, colour, dashes in (("balanced", COLOURS[3], "-."), (RIGID, GREY, ":")):
         others = scale * result[f"{name}_peak"].values
         if np.isfinite(others).any():
             _band(axis, at, np.repeat(others, len(at), axis=0) if over_speed else others, colour, dashes, name)
     if np.isfinite(float(result.none_peak)):
-        axis.axhline(scale * float(result.none_peak), color=style.COLOURS[6], linewidth=0.9, label="without pendulums")
+        axis.axhline(scale * float(result.none_peak), color=COLOURS[6], linewidth=0.9, label="without pendulums")
     axis.set_xlabel(label(result, "activation_speed") if over_speed else "orientation at the start (°)")
     if not over_speed:
         axis.set_xticks(degrees)
-    axis.set_ylabel(label(result, "peak", unit))
-    axis.set_ylim(bottom=0)
+    axis.set(ylabel=label(result, "peak", unit), ylim=(0, None))
 
 
 def _band(axis: Axes, at: np.ndarray, peaks: np.ndarray, colour: str, dashes: str, name: str) -> None:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
+from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, printed_unit, with_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
 
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
 _MOST_NAMED = 9
@@ -27,8 +27,7 @@ _LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 
 def figure(result: xr.Dataset) -> Figure:
     """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
     varied, measured = bool(np.isfinite(result.value.values).any()), summary_of(result)["order_of_error"] is not None
-    panels = 2 + varied + measured
-    drawn, (speed, amplitude, *rest) = new_grid(panels, result.attrs["title"], result.attrs["sentence"])
+    drawn, (speed, amplitude, *rest) = new_grid(2 + varied + measured, result.attrs["title"], result.attrs["sentence"])
     _over_angle(speed, result, "speed_over_angle")
     _over_angle(amplitude, result, "amplitude_over_angle")
     if varied:
@@ -51,25 +50,18 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
         axis.set_yscale("log")
         axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(values[values > 0], initial=largest)) / 2), 2 * largest)
     _criterion(axis, result, name.partition("_")[0])
-    axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
     of = "amplitudes" if name.startswith("amplitude") else f"speeds of {summary_of(result)['speeds_of']}"
-    axis.set_ylabel(with_unit(f"{of} differ by", unit))
+    axis.set(xlabel="angle of the rotor $\\varphi$ (rad)", ylabel=with_unit(f"{of} differ by", unit))
 
 
 def _criterion(axis: Axes, result: xr.Dataset, of: str) -> None:
     """What the averaged equations may miss at most, for this machine: the last value."""
-    share = result.attrs.get(f"trusted_{of}", 0.0)
-    for limit in share * _largest(result, of)[-1:]:  # none before the first run
-        if not limit > 0:
-            continue
-        scale, _ = printed_unit(result, f"{of}_deviation")
-        axis.axhline(scale * limit, **_LIMIT, label=_trusted(result))
-
-
-def _trusted(result: xr.Dataset) -> str:
-    """The name of both criteria: in the legend they have one line."""
     shares = {of: result.attrs.get(f"trusted_{of}", 0.0) for of in ("speed", "amplitude")}
-    return f"trusted: {', '.join(_share_of(share, of) for of, share in shares.items() if share)}"
+    for limit in shares[of] * _largest(result, of)[-1:]:  # none before the first run
+        if limit > 0:
+            # In the legend both criteria have one line.
+            name = f"trusted: {', '.join(_share_of(share, of) for of, share in shares.items() if share)}"
+            axis.axhline(printed_unit(result, f"{of}_deviation")[0] * limit, **_LIMIT, label=name)
 
 
 def _share_of(share: float, of: str) -> str:
@@ -88,9 +80,8 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel(with_unit("largest difference of speeds", result.speed_deviation.attrs["units"]))
     axis.set_xlabel(label(result, "value"))
     axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
-    for code, (mark, face, name) in _OUTCOMES.items():
-        if (chosen := same == code).any():
-            axis.plot(at[chosen], deviation[chosen], mark, color=COLOURS[0], markersize=6, markerfacecolor=face, label=name)
+    classes = ((same == code, *look) for code, look in _OUTCOMES.items())
+    draw_classes(axis, at, deviation, classes, color=COLOURS[0], markersize=6)
     share = result.attrs.get("trusted_speed")
     if share and np.isfinite(limit := share * _largest(varied, "speed")).any():
         axis.plot(at, limit, **_LIMIT, label=_share_of(share, "speed"))
@@ -103,12 +94,9 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _order(axis: Axes, result: xr.Dataset) -> None:
-    from matplotlib.ticker import NullLocator
-
     factor, error, summary = result.factor.values, result.error.values, summary_of(result)
     order, nominal = summary["order_of_error"], summary["nominal_order"]
-    axis.set_xlabel("factor of $\\varepsilon$")
-    axis.set_ylabel(with_unit("error of the speeds", result.error.attrs["units"]))
+    axis.set(xlabel="factor of $\\varepsilon$", ylabel=with_unit("error of the speeds", result.error.attrs["units"]))
     axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {order:.2f}")
     axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
     axis.set_xticks(factor, [f"{f:g}" for f in factor])

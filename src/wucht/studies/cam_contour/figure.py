@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots import sheet, style
+from wucht.plots.cam_drawings import radii_of_curvature
 from wucht.plots.page import small
-from wucht.plots.style import COLOURS, GREY
+from wucht.plots.scales import travel_unit, turn_scale
+from wucht.plots.sheet import draw_panels, legend_below, named_in
+from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import label
 from wucht.studies.cam_contour.figure_of_cam import draw_cam, is_missing
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _ROW, _CAM = 1.5, 4.0  # inches
-_CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
 _NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
@@ -33,25 +30,22 @@ def figure(result: xr.Dataset) -> Figure:
         panels += [_force, _pressure, _torque] if np.isfinite(result.contact_pressure.values).any() else [_force, _torque]
     if len(panels) % 2:
         panels.append(_touched if _motion in panels else _motion)
-    drawn, (above, *axes) = sheet.new_grid(
-        1 + len(panels), result.attrs["title"], result.attrs["sentence"], heights=(_CAM, _ROW), wide=1
-    )
-    draw_cam(above, result)
-    for panel, axis in zip(panels, axes, strict=True):
-        panel(axis, result)
-        axis.set_xlim(0, 360)
-        axis.set_xticks(np.arange(0, 361, 60))
-        axis.set_xlabel("cam angle (°)")
-    sheet.legend_below(drawn, sheet.named_in([above, *axes]))
+    drawn, axes = draw_panels(result, [draw_cam, *panels], None, heights=(_CAM, _ROW), wide=1)
+    for axis in axes[1:]:
+        turn_scale(axis)
+    legend_below(drawn, named_in(axes))
     return drawn
 
 
 def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
     """Of each cam a line, with its name where there are several."""
-    phi = np.degrees(result.cam_angle.values)
     for name, row in zip(map(str, result.cam.values), values, strict=True):
         if np.isfinite(row).any():
-            axis.plot(phi, row, label=_NAMED[name] if len(values) > 1 else None, **style.line_style(_LINE[name]))
+            _line(axis, result, row, _LINE[name], _NAMED[name] if len(values) > 1 else None)
+
+
+def _line(axis: Axes, result: xr.Dataset, values: np.ndarray, look: int = 4, name: str | None = None) -> None:
+    axis.plot(np.degrees(result.cam_angle.values), values, label=name, **line_style(look))
 
 
 def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> None:
@@ -61,11 +55,9 @@ def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> Non
 
 def _radius(axis: Axes, result: xr.Dataset) -> None:
     """Of curvature of the contour; none is drawn where it is nearly straight, or cut away."""
-    widest = _CLIPPED * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
-    with np.errstate(divide="ignore"):
-        radius = 1e3 / result.curvature.values
+    radii, widest = radii_of_curvature(result)
     cut = np.array([is_missing(result, name) for name in map(str, result.cam.values)])
-    shown = np.where((np.abs(radius) <= widest) & ~cut, radius, np.nan)
+    shown = np.where(cut, np.nan, radii.values)
     _lines(axis, result, shown)
     _bands(axis, result, "missing", "cut away", COLOURS[3])
     _limit(axis, 1e3 * float(result.permitted_radius), "permitted")
@@ -73,8 +65,7 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
     axis.axhline(0, color=GREY, linewidth=0.8)
     low = min(0.0, float(np.nanmin(shown, initial=0.0)), -1e3 * float(np.nan_to_num(result.wheel_radius)))
     high = float(np.nanmax(shown, initial=0.05 * widest))
-    axis.set_ylim(1.1 * low - 0.03 * widest, 1.1 * high)
-    axis.set_ylabel("radius of curvature (mm)")
+    axis.set(ylim=(1.1 * low - 0.03 * widest, 1.1 * high), ylabel="radius of curvature (mm)")
     if low < 0:
         # Beside the panel: in it the word would lie under a curve.
         axis.text(1.01, 0.0, "hollow", transform=axis.transAxes, rotation=90, va="bottom", fontsize=small(), color=GREY)
@@ -83,9 +74,8 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
 def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
     angles = np.degrees(result.pressure_angle.values)
     _lines(axis, result, np.where(result.cam.values[:, None] == "outer", np.nan, angles))  # one roller has one
-    permitted = np.degrees(float(result.permitted_pressure_angle))
-    limit, name = permitted, "permitted"
-    if not np.isfinite(permitted):
+    limit, name = np.degrees(float(result.permitted_pressure_angle)), "permitted"
+    if not np.isfinite(limit):
         limit, name = np.degrees(float(result.common_pressure_angle)), "common limit"
     for sign in (1, -1):
         _limit(axis, sign * limit, name)
@@ -93,17 +83,15 @@ def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _transmission(axis: Axes, result: xr.Dataset) -> None:
-    axis.plot(np.degrees(result.cam_angle.values), np.degrees(result.transmission_angle.values), **style.line_style(4))
-    axis.set_ylim(0, 92)
-    axis.set_ylabel("transmission angle (°)")
+    _line(axis, result, np.degrees(result.transmission_angle.values))
+    axis.set(ylim=(0, 92), ylabel="transmission angle (°)")
 
 
 def _force(axis: Axes, result: xr.Dataset) -> None:
     _lines(axis, result, result.contact_force.values)
     if "outer" not in result.cam.values:
         _bands(axis, result, "lift-off", "lifts off", COLOURS[1])
-    axis.set_ylim(bottom=0)
-    axis.set_ylabel(label(result, "contact_force"))
+    axis.set(ylim=(0, None), ylabel=label(result, "contact_force"))
 
 
 def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) -> None:
@@ -116,26 +104,23 @@ def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) ->
 
 
 def _torque(axis: Axes, result: xr.Dataset) -> None:
-    axis.plot(np.degrees(result.cam_angle.values), result.camshaft_torque.values, **style.line_style(4))
+    _line(axis, result, result.camshaft_torque.values)
     axis.set_ylabel(label(result, "camshaft_torque"))
 
 
 def _pressure(axis: Axes, result: xr.Dataset) -> None:
     _lines(axis, result, 1e-6 * result.contact_pressure.values)
     _limit(axis, 1e-6 * float(result.permitted_contact_pressure), "permitted")
-    axis.set_ylim(bottom=0)
-    axis.set_ylabel("contact pressure (MPa)")
+    axis.set(ylim=(0, None), ylabel="contact pressure (MPa)")
 
 
 def _touched(axis: Axes, result: xr.Dataset) -> None:
     """Where a flat face is touched: as far from the rod's axis as its velocity by the cam angle says."""
-    sense = -1 if summary_of(result)["clockwise"] else 1
-    axis.plot(np.degrees(result.cam_angle.values), -1e3 * sense * result.follower_velocity.values, **style.line_style(4))
+    _line(axis, result, (1e3 if summary_of(result)["clockwise"] else -1e3) * result.follower_velocity.values)
     axis.set_ylabel("face touched at y (mm)")
 
 
 def _motion(axis: Axes, result: xr.Dataset) -> None:
-    turns = result.follower.attrs["units"] == "rad"
-    motion = np.degrees(result.follower.values) if turns else 1e3 * result.follower.values
-    axis.plot(np.degrees(result.cam_angle.values), motion, **style.line_style(4))
-    axis.set_ylabel(f"motion of the {'lever (°)' if turns else 'follower (mm)'}")
+    scale, unit = travel_unit(result.follower)
+    _line(axis, result, scale * result.follower.values)
+    axis.set_ylabel(f"motion of the {'lever' if unit == '°' else 'follower'} ({unit})")

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots import sheet, style
-from wucht.plots.style import COLOURS, GREY
+from wucht.plots.cam_drawings import draw_bars_from
+from wucht.plots.scales import plain_decades
+from wucht.plots.sheet import legend_below, named_in, new_grid
+from wucht.plots.style import COLOURS, FREE, GREY, HATCHED
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import with_unit
 from wucht.studies.cam_correction.figure_of_contours import LOOKS, draw_contours, draw_table
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _NAMES = {"original": "original cam", "corrected": "corrected cam"}
 _LEAST = 1e-12  # of order 1: what is less is drawn there
@@ -29,12 +29,9 @@ _MOST_TICKS = 15
 def figure(result: xr.Dataset) -> Figure:
     """Panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
     cams, measured = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
-    panels = 2 * (3 + cams + measured)
-    drawn, axes = sheet.new_grid(panels, result.attrs["title"], result.attrs["sentence"], heights=_ROW)
-    _over_time(axes[0], result)
-    _spectrum(axes[1], result)
-    _speed(axes[2], result)
-    _speed_orders(axes[3], result)
+    drawn, axes = new_grid(2 * (3 + cams + measured), result.attrs["title"], result.attrs["sentence"], heights=_ROW)
+    for panel, axis in zip((_over_time, _spectrum, _speed, _speed_orders), axes, strict=False):
+        panel(axis, result)
     if cams:
         draw_contours(axes[4:8], result)
     else:
@@ -43,57 +40,51 @@ def figure(result: xr.Dataset) -> Figure:
     if measured:
         _measured_time(axes[-2], result)
         _measured_orders(axes[-1], result)
-    sheet.legend_below(drawn, sheet.named_in(axes))
+    legend_below(drawn, named_in(axes))
     return drawn
 
 
-def _unit(result: xr.Dataset) -> str:
-    return str(result.acceleration.attrs["units"]).replace("^2", "²")
+def _accelerations(result: xr.Dataset, name: str) -> str:
+    return with_unit(name, str(result.acceleration.attrs["units"]))
 
 
 def _over_time(axis: Axes, result: xr.Dataset) -> None:
-    for version, (colour, dashes) in LOOKS.items():
+    for version, look in LOOKS.items():
         values = result.acceleration.sel(version=version).values
-        axis.plot(1e3 * result.time.values, values, dashes, color=colour, linewidth=1.3, label=_NAMES[version])
+        axis.plot(1e3 * result.time.values, values, linewidth=1.3, label=_NAMES[version], **look)
     _time_axis(axis, result)
-    axis.set_ylabel(with_unit("acceleration", _unit(result)))
+    axis.set_ylabel(_accelerations(result, "acceleration"))
 
 
 def _time_axis(axis: Axes, result: xr.Dataset) -> None:
-    axis.set_xlim(0, 1e3 * float(result.time.values[-1]))
-    axis.set_xlabel("time (ms)")
+    axis.set(xlim=(0, 1e3 * float(result.time.values[-1])), xlabel="time (ms)")
 
 
 def _order_axis(axis: Axes, count: int) -> None:
     step = -(-count // _MOST_TICKS)
-    axis.set_xlim(0.3, count + 0.7)
-    axis.set_xticks(np.arange(step, count + 1, step) if step > 1 else np.arange(1, count + 1))
-    axis.set_xlabel("order")
-    axis.set_axisbelow(True)
+    axis.set(xlim=(0.3, count + 0.7), xticks=np.arange(step, count + 1, step), xlabel="order", axisbelow=True)
 
 
 def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     k, s = result.order.values, summary_of(result)
-    reference = float(result.amplitude.sel(version="corrected", order=s["reference_order"]))
-    floor = _LEAST * reference
+    floor = _LEAST * float(result.amplitude.sel(version="corrected", order=s["reference_order"]))
     for side, version in zip((-0.2, 0.2), LOOKS, strict=True):
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
-        axis.bar(k + side, values - floor / 2, 0.4, bottom=floor / 2, color=LOOKS[version][0], **style.HATCHED[side < 0])
+        draw_bars_from(axis, floor / 2, k + side, values, color=LOOKS[version]["color"], **HATCHED[side < 0])
     if np.isfinite(result.recovered.values).any():
-        found = np.maximum(np.fmax.reduce(result.recovered.values), floor)  # NaN where an order was not looked for
-        axis.plot(k, found, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
-    axis.axhline(
-        floor, color=GREY, linestyle="-.", linewidth=0.8, label=f"{_LEAST:.0e} of order {s['reference_order']}, or less"
-    )
+        recovered = np.maximum(np.fmax.reduce(result.recovered.values), floor)  # NaN where an order was not looked for
+        axis.plot(k, recovered, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
+    name = f"{_LEAST:.0e} of order {s['reference_order']}, or less"
+    axis.axhline(floor, color=GREY, linestyle="-.", linewidth=0.8, label=name)
     _decades(axis, floor, float(result.amplitude.max()), 3)
     _order_axis(axis, len(k))
-    axis.set_ylabel(with_unit("acceleration, amplitude", _unit(result)))
+    axis.set_ylabel(_accelerations(result, "acceleration, amplitude"))
 
 
 def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
     """A logarithmic axis from below a floor, with a tick every so many decades."""
     axis.set_yscale("log")
-    style.plain_decades(axis.yaxis)
+    plain_decades(axis.yaxis)
     axis.set_ylim(floor / 2, 3 * highest)
     axis.set_yticks(10.0 ** np.arange(np.ceil(np.log10(floor)), np.log10(3 * highest), step))
     axis.minorticks_off()
@@ -101,7 +92,7 @@ def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(1e3 * result.time.values, _RPM * result.shaft_speed.values, color=COLOURS[0], linewidth=1.3)
-    axis.axhline(_RPM * summary_of(result)["mean_speed"], **style.FREE, label="mean speed")
+    axis.axhline(_RPM * summary_of(result)["mean_speed"], **FREE, label="mean speed")
     _time_axis(axis, result)
     axis.ticklabel_format(axis="y", useOffset=False)
     axis.set_ylabel("speed of the shaft (rpm)")
@@ -122,25 +113,24 @@ def _speed_orders(axis: Axes, result: xr.Dataset) -> None:
 def _measured_time(axis: Axes, result: xr.Dataset) -> None:
     """As figures 2 and 4 of 004: beside what the cam should make. The samples are those of all turns."""
     version, time = summary_of(result)["measured"]["cam"], 1e3 * result.time.values
-    colour, dashes = LOOKS[version]
     sampled = time[-1] * result.sample_tau.values / (2 * np.pi)
     dots: dict[str, Any] = {"color": GREY, "marker": ".", "linestyle": "", "markeredgewidth": 0}
     axis.plot(sampled, result.sample_acceleration.values, markersize=2.2, alpha=0.35, rasterized=True, **dots)
     axis.plot([], [], markersize=6, label="measured, samples", **dots)
-    axis.plot(time, result.acceleration.sel(version=version).values, dashes, color=colour, linewidth=2.6)
+    axis.plot(time, result.acceleration.sel(version=version).values, linewidth=2.6, **LOOKS[version])
     axis.plot(time, result.measured_acceleration.values, color=COLOURS[6], linewidth=0.9, label="measured (orders fitted)")
     _time_axis(axis, result)
-    axis.set_ylabel(with_unit("measured", _unit(result)))
+    axis.set_ylabel(_accelerations(result, "measured"))
 
 
 def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
-    k, colour = result.order.values, LOOKS[summary_of(result)["measured"]["cam"]][0]
+    k, colour = result.order.values, LOOKS[summary_of(result)["measured"]["cam"]]["color"]
     both = np.array([result.computed_amplitude.values, result.measured_amplitude.values])
     highest = float(np.nanmax(both))
     floor = min(max(_LEAST_MEASURED * highest, 0.5 * float(np.nanmin(both))), _MOST_MEASURED * highest)
     for side, values, of in zip((-0.2, 0.2), both, (colour, COLOURS[6]), strict=True):
         shown = np.maximum(values, floor)  # what there is not stays so
-        axis.bar(k + side, shown - floor / 2, 0.4, bottom=floor / 2, color=of, edgecolor=GREY, linewidth=0.3)
+        draw_bars_from(axis, floor / 2, k + side, shown, color=of, edgecolor=GREY, linewidth=0.3)
     _decades(axis, floor, highest, 1)
     _order_axis(axis, len(k))
-    axis.set_ylabel(with_unit("measured, amplitude", _unit(result)))
+    axis.set_ylabel(_accelerations(result, "measured, amplitude"))

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
 
+from wucht.plots.cam_drawings import FOLLOWER, draw_circle, frame_cam, radii_of_curvature
 from wucht.plots.page import small
+from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import with_unit
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-
-LOOKS = {"original": (COLOURS[1], "--"), "corrected": (COLOURS[0], "-")}
+LOOKS: dict[str, dict[str, Any]] = {
+    "original": {"color": COLOURS[1], "linestyle": "--"},
+    "corrected": {"color": COLOURS[0], "linestyle": "-"},
+}
 _CAMS = {"counter": (COLOURS[2], "counter cam"), "outer": (COLOURS[4], "outer flank")}
-_FOLLOWER = "#000000"
 _FINE = 1e-4  # m: less is drawn in micrometres
-_CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 
 
 def draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
@@ -34,52 +36,60 @@ def draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
 
 def draw_table(axis: Axes, result: xr.Dataset, name: str, called: str, per: str = "") -> None:
     """The motion of the output over the cam angle, or a derivative of it."""
-    scale, unit = (np.degrees(1.0), "°") if result.output.attrs["units"] == "rad" else (1e3, "mm")
-    for version, (colour, dashes) in LOOKS.items():
+    scale, unit = travel_unit(result.output)
+    for version, look in LOOKS.items():
         values = scale * result[name].sel(version=version).values
-        axis.plot(np.degrees(result.cam_angle.values), values, dashes, color=colour, linewidth=1.1)
-    _cam_angle_axis(axis)
+        axis.plot(np.degrees(result.cam_angle.values), values, linewidth=1.1, **look)
+    turn_scale(axis)
     axis.set_ylabel(with_unit(f"{called} in the cam", unit + per))
 
 
-def _cam_angle_axis(axis: Axes) -> None:
-    axis.set_xlim(0, 360)
-    axis.set_xticks(np.arange(0, 361, 60))
-    axis.set_xlabel("cam angle (°)")
+def _versions(axis: Axes, names: list[str], curve: Callable[[str, str], tuple[np.ndarray, np.ndarray]]) -> None:
+    """Of each cam and each version of it a curve; the counter cam and the outer flank have colours of their own."""
+    for name in names:
+        for version, look in LOOKS.items():
+            axis.plot(*curve(name, version), linewidth=1.1, **look | {"color": _colour(name, version)})
+
+
+def _colour(name: str, version: str) -> str:
+    return str(LOOKS[version]["color"]) if name == "cam" else _CAMS[name][0]
+
+
+def _all(result: xr.Dataset) -> list[str]:
+    return list(map(str, result.cam.values))
+
+
+def _once(result: xr.Dataset) -> list[str]:
+    """Cams, and of the flanks of a groove, which go together, one."""
+    return [name for name in _all(result) if name != "outer"]
 
 
 def _contour(axis: Axes, result: xr.Dataset) -> None:
     closed = np.append(np.arange(result.sizes["cam_angle"]), 0)
-    turn = np.linspace(0, 2 * np.pi, 181)
-    for name in map(str, result.cam.values):
-        for version, (_, dashes) in LOOKS.items():
-            of = result.sel(version=version, cam=name)
-            x, y = (1e3 * of[c].values[closed] for c in ("contour_x", "contour_y"))
-            axis.plot(x, y, dashes, color=_colour(name, version), linewidth=1.1)
-        base = 1e3 * float(result.base_radius.sel(version="corrected", cam=name))
+
+    def contour(name: str, version: str) -> tuple[np.ndarray, np.ndarray]:
+        of = result.sel(version=version, cam=name)
+        return 1e3 * of.contour_x.values[closed], 1e3 * of.contour_y.values[closed]
+
+    for name in _all(result):
+        _versions(axis, [name], contour)
         if name != "cam":
             axis.plot([], [], color=_CAMS[name][0], linewidth=1.1, label=_CAMS[name][1])
         else:
-            axis.plot(base * np.cos(turn), base * np.sin(turn), ":", color=GREY, linewidth=0.9, label="base circle")
-        _follower(axis, result.sel(cam=name), turn, y)
+            base = 1e3 * float(result.base_radius.sel(version="corrected", cam=name))
+            draw_circle(axis, 0, 0, base, linestyle=":", color=GREY, linewidth=0.9, label="base circle")
+        _follower(axis, result.sel(cam=name), contour(name, "corrected")[1])
     axis.plot([0], [0], "+", color=GREY)
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("x (mm), cam at 0°")
-    axis.set_ylabel("y (mm)")
+    frame_cam(axis)
 
 
-def _colour(name: str, version: str) -> str:
-    """Of the cam that of the version; the counter cam and the outer flank have their own."""
-    return LOOKS[version][0] if name == "cam" else _CAMS[name][0]
-
-
-def _follower(axis: Axes, of: xr.Dataset, turn: np.ndarray, y: np.ndarray) -> None:
+def _follower(axis: Axes, of: xr.Dataset, y: np.ndarray) -> None:
     """At cam angle 0: a roller, or a flat face."""
     x0, y0, r = (1e3 * float(of[name]) for name in ("follower_x", "follower_y", "roller_radius"))
     if np.isfinite(r):
-        axis.plot(x0 + r * np.cos(turn), y0 + r * np.sin(turn), color=_FOLLOWER, linewidth=1.2, label="roller")
+        draw_circle(axis, x0, y0, r, color=FOLLOWER, linewidth=1.2, label="roller")
     else:
-        axis.plot([x0, x0], [y.min(), y.max()], color=_FOLLOWER, linewidth=1.2, label="face")
+        axis.plot([x0, x0], [y.min(), y.max()], color=FOLLOWER, linewidth=1.2, label="face")
 
 
 def _moved(axis: Axes, result: xr.Dataset) -> None:
@@ -89,39 +99,26 @@ def _moved(axis: Axes, result: xr.Dataset) -> None:
     for name in _once(result):
         values = scale * result.moved.sel(cam=name).values
         axis.plot(np.degrees(result.cam_angle.values), values, color=_colour(name, "corrected"), linewidth=1.1)
-    _cam_angle_axis(axis)
+    turn_scale(axis)
     axis.set_ylabel(f"moved outwards ({unit})")
 
 
-def _once(result: xr.Dataset) -> list[str]:
-    """Cams, and of the flanks of a groove, which go together, one."""
-    return [name for name in map(str, result.cam.values) if name != "outer"]
-
-
 def _pressure(axis: Axes, result: xr.Dataset) -> None:
-    for name in _once(result):
-        for version, (_, dashes) in LOOKS.items():
-            angle = np.degrees(result.pressure_angle.sel(version=version, cam=name).values)
-            axis.plot(np.degrees(result.cam_angle.values), angle, dashes, color=_colour(name, version), linewidth=1.1)
+    degrees, angles = np.degrees(result.cam_angle.values), np.degrees(result.pressure_angle)
+    _versions(axis, _once(result), lambda name, version: (degrees, angles.sel(version=version, cam=name).values))
     common = np.degrees(float(result.common_pressure_angle))
     for limit in (common, -common):
         axis.axhline(limit, color=COLOURS[3], linestyle=":", linewidth=1.2, label="common limit")
-    _cam_angle_axis(axis)
+    turn_scale(axis)
     axis.set_ylabel("pressure angle (°)")
 
 
 def _radius(axis: Axes, result: xr.Dataset) -> None:
     """Of curvature of the contour; none is drawn where it is nearly straight."""
-    widest = _CLIPPED * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
-    with np.errstate(divide="ignore"):
-        radius = 1e3 / result.curvature
-    shown = radius.where(np.abs(radius) <= widest)
-    for name in map(str, result.cam.values):
-        for version, (_, dashes) in LOOKS.items():
-            values = shown.sel(version=version, cam=name).values
-            axis.plot(np.degrees(result.cam_angle.values), values, dashes, color=_colour(name, version), linewidth=1.1)
+    degrees, shown = np.degrees(result.cam_angle.values), radii_of_curvature(result)[0]
+    _versions(axis, _all(result), lambda name, version: (degrees, shown.sel(version=version, cam=name).values))
     axis.axhline(0, color=GREY, linewidth=0.8)
     if (shown < 0).any():
         axis.text(355, 0, "hollow", ha="right", va="top", fontsize=small(), color=GREY)
-    _cam_angle_axis(axis)
+    turn_scale(axis)
     axis.set_ylabel("radius of curvature (mm)")

@@ -2,44 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
-from wucht.plots.style import COLOURS, GREY, mark_levels, plain_decades
+from wucht.plots.curves import RESIDUAL, draw_residual
+from wucht.plots.scales import name_speeds, printed
+from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.style import COLOURS, GREY, mark_levels
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import abscissa_label, label, printed_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-_RESIDUAL = 0.45  # inches: a check takes no more room than that
+from wucht.results.formatting import abscissa_label
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Two panels (three where the carrier moves) from a coast-down's Dataset alone."""
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
-    heights = [2.0] * (1 + moves) + [_RESIDUAL]
+    heights = [2.0] * (1 + moves) + [RESIDUAL]
     drawn, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
     _speed(axes[0], result)
     if moves:
-        scale, unit = printed_unit(result, "amplitude")
-        axes[1].plot(result.time, scale * result.amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
-        axes[1].set_ylabel(label(result, "amplitude", unit))
-        axes[1].set_ylim(bottom=0)
-    last, residual = axes[-1], result.energy_residual
-    last.semilogy(result.time, np.maximum(residual, 1e-18), color=GREY, linewidth=0.8)
-    last.set_ylim(1e-18, max(1e-8, 10 * float(residual.max())))
-    last.set_yticks([1e-16, 1e-8])
-    last.minorticks_off()
-    plain_decades(last.yaxis)
-    last.set_ylabel("energy\nresidual")
+        amplitude, name = printed(result, "amplitude")
+        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
+        axes[1].set(ylabel=name, ylim=(0, None))
+    draw_residual(axes[-1], result.time.values, result.energy_residual.values)
     if result.sizes["time"] > 1:
-        last.set_xlim(float(result.time[0]), float(result.time[-1]))
-    last.set_xlabel(abscissa_label(result, "time"))
+        axes[-1].set_xlim(float(result.time[0]), float(result.time[-1]))
+    axes[-1].set_xlabel(abscissa_label(result, "time"))
     for axis in axes[:-1]:
         legend_beside(axis)
     return drawn
@@ -64,5 +53,4 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         axis.axhline(0.0, color=GREY, linewidth=0.6)
         after = time.values >= reversal_time
         axis.plot(time[after], result.speed[after], color=blue, linewidth=0.5)
-    axis.set_ylabel(label(result, "speed"))
-    rpm_axis(axis, str(result.speed.attrs["units"]))
+    name_speeds(axis, result)

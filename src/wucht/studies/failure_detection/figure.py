@@ -2,53 +2,43 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots import sheet, style
+from wucht.plots.scales import name_speeds
+from wucht.plots.sheet import draw_panels
+from wucht.plots.style import COLOURS, line_style
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import label, printed_unit, with_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 _MOST_MARKED = 60  # readings that have a mark each
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Three or four panels from a failure's Dataset alone."""
-    panels = [_speed, _load, *([_seen] if "seen" in result else []), _signal if "signal" in result else _stiffness]
-    drawn, axes = sheet.new_grid(len(panels), result.attrs["title"], result.attrs["sentence"])
-    for panel, axis in zip(panels, axes, strict=True):
-        panel(axis, result)
-        sheet.legend_above(axis)
-    return drawn
+    panels = [_speed, _load, *([_alarm] if "seen" in result else []), _signal if "signal" in result else _stiffness]
+    return draw_panels(result, panels)[0]
 
 
-def _time_label(result: xr.Dataset, name: str) -> str:
-    return label(result, name) if result[name].attrs["units"] else "time $\\tau$"
-
-
-def _failed(axis: Axes, result: xr.Dataset) -> None:
+def _over_time(axis: Axes, result: xr.Dataset, name: str) -> None:
+    """Mark the failure, and name the scale of time."""
     if np.isfinite(at := float(result["failure_time"])):
         axis.axvline(at, color="black", linestyle="--", linewidth=0.9, label="failure")
+    axis.set_xlabel(abscissa_label(result, name, "time"))
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     s, time = summary_of(result), result["reading_time"].values
     axis.set_title("speed that the sensor reads")
-    axis.plot(time, result["reading"].values, ".", color=style.COLOURS[4], markersize=2.5, label="readings, with noise")
-    axis.plot(time, result["speed"].values, color=style.COLOURS[0], linewidth=1.0, label="without noise")
+    axis.plot(time, result["reading"].values, ".", color=COLOURS[4], markersize=2.5, label="readings, with noise")
+    axis.plot(time, result["speed"].values, color=COLOURS[0], linewidth=1.0, label="without noise")
     levels = [x for x in (s["averaged"]["before"], s["averaged"]["after"]) if x is not None]
     for k, level in enumerate(levels):
-        axis.axhline(level, **style.line_style(1) | {"linestyle": ":"}, label=None if k else "averaged equations")
-    _failed(axis, result)
-    axis.set_xlabel(_time_label(result, "reading_time"))
-    axis.set_ylabel(label(result, "speed"))
-    sheet.rpm_axis(axis, str(result["speed"].attrs["units"]))
+        axis.axhline(level, **line_style(1) | {"linestyle": ":"}, label=None if k else "averaged equations")
+    _over_time(axis, result, "reading_time")
+    name_speeds(axis, result)
 
 
 def _load(axis: Axes, result: xr.Dataset) -> None:
@@ -56,52 +46,42 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = printed_unit(result, "highest")
     time, high, low = result["reading_time"].values, scale * result["highest"].values, scale * result["lowest"].values
     both = np.isfinite(high) & np.isfinite(low)
-    axis.set_title("load of the specimen")
-    axis.fill_between(time[both], low[both], high[both], color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
-    _failed(axis, result)
-    axis.set_xlabel(_time_label(result, "reading_time"))
-    axis.set_ylabel(with_unit(result.attrs["signal"], unit))
+    axis.fill_between(time[both], low[both], high[both], color=COLOURS[4], linewidth=0.6, label="between its extremes")
+    _over_time(axis, result, "reading_time")
+    axis.set(title="load of the specimen", ylabel=with_unit(result.attrs["signal"], unit))
 
 
-def _seen(axis: Axes, result: xr.Dataset) -> None:
-    axis.set_title("probability that it has been seen")
-    axis.set_ylabel("probability")
-    axis.set_ylim(0.0, 1.02)
+def _alarm(axis: Axes, result: xr.Dataset) -> None:
+    axis.set(title="probability that it has been seen", ylabel="probability", ylim=(0.0, 1.02))
     at, probability = result["alarm_time"].values, result["seen"].values
     last = max(int(np.searchsorted(probability, 0.999)) + 3, 8)
-    axis.step(at[:last], probability[:last], where="post", label="alarm of the chart", **style.line_style(0))
+    axis.step(at[:last], probability[:last], where="post", label="alarm of the chart", **line_style(0))
     if last <= _MOST_MARKED:
-        axis.plot(at[:last], probability[:last], "o", color=style.COLOURS[0], markersize=2.5)
-    mean = summary_of(result)["delay"]["mean"]
-    if mean is not None:
-        axis.axvline(mean, color=style.COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
+        axis.plot(at[:last], probability[:last], "o", color=COLOURS[0], markersize=2.5)
+    if (mean := summary_of(result)["delay"]["mean"]) is not None:
+        axis.axvline(mean, color=COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
     axis.set_xlabel(label(result, "alarm_time"))
 
 
 def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     time = result["time"].values
-    axis.set_title("stiffness and damage")
-    axis.plot(time, result["stiffness"].values, label="stiffness, share of the first", **style.line_style(0))
+    axis.plot(time, result["stiffness"].values, label="stiffness, share of the first", **line_style(0))
     if np.isfinite(result["damage"].values).any():
-        axis.plot(time, result["damage"].values, label="damage", **style.line_style(1))
-    _failed(axis, result)
-    axis.set_ylim(bottom=0)
-    axis.set_xlabel(_time_label(result, "time"))
-    axis.set_ylabel("share of the stiffness, damage")
+        axis.plot(time, result["damage"].values, label="damage", **line_style(1))
+    _over_time(axis, result, "time")
+    axis.set(title="stiffness and damage", ylim=(0, None), ylabel="share of the stiffness, damage")
 
 
 def _signal(axis: Axes, result: xr.Dataset) -> None:
     """Over one parameter as a line, over two as lines for each value of the second."""
     signal, along = result["signal"].values, result["along"].values
-    axis.set_title("signal at the failure")
     rows = signal[:, None] if signal.ndim == 1 else signal
     for k in range(rows.shape[1]):
         name = "signal" if signal.ndim == 1 else f"{result['second'].attrs['long_name']} = {float(result['second'][k]):.4g}"
-        axis.plot(along, rows[:, k], marker="o", markersize=2.5, label=name, **style.line_style(k))
+        axis.plot(along, rows[:, k], marker="o", markersize=2.5, label=name, **line_style(k))
     if np.isfinite(signal).any():
         at = np.unravel_index(int(np.nanargmax(signal)), signal.shape)
         axis.plot(along[at[0]], signal[at], "*", color="black", markersize=9, label="largest", zorder=5)
-    axis.set_xlabel(label(result, "along"))
-    axis.set_ylabel("change of speed / standard deviation")
     axis.locator_params(axis="x", nbins=5)
-    axis.set_ylim(bottom=0)
+    axis.set(xlabel=label(result, "along"), ylabel="change of speed / standard deviation", ylim=(0, None))
+    axis.set_title("signal at the failure")

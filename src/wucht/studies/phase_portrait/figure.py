@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from wucht.plots.marks import entry
+from wucht.plots.scales import of_pi
 from wucht.plots.sheet import legend_below, new_grid
 from wucht.plots.style import COLOURS
 from wucht.results.formatting import with_unit
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-_PALE = "#9A9A9A"
 _UNSTABLE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.7, "linestyle": "-", "zorder": 4}
 _STABLE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.7, "linestyle": (0, (4, 1.6)), "zorder": 4}
-_CLOSED: dict[str, Any] = {"color": COLOURS[2], "linewidth": 2.8, "zorder": 5}
-_TRAJECTORY: dict[str, Any] = {"color": _PALE, "linewidth": 0.6, "zorder": 2}
+_CLOSED: dict[str, dict[str, Any]] = {
+    kind: {"color": COLOURS[2], "linewidth": 2.8, "zorder": 5, "linestyle": line}
+    for kind, line in (("stable", "-"), ("unstable", ":"))
+}
+_TRAJECTORY: dict[str, Any] = {"color": "#9A9A9A", "linewidth": 0.6, "zorder": 2}
 _NULLCLINES = ((COLOURS[3], (0, (1, 1.4))), (COLOURS[5], (0, (5, 1.2, 1, 1.2))))
+_POINT: dict[str, Any] = {"linestyle": "", "color": "black", "markersize": 6.5}
 _POINTS: dict[str, tuple[str, dict[str, Any]]] = {
     "stable": ("stable fixed point", {"marker": "o", "markerfacecolor": "black"}),
     "within": ("stable within the section only", {"marker": "o", "markerfacecolor": "black", "fillstyle": "bottom"}),
@@ -34,14 +37,13 @@ _FEW = 3  # portraits beside each other
 
 def figure(result: xr.Dataset) -> Figure:
     """A panel a portrait, from the Dataset alone."""
-    cases = result.sizes.get("case", 1)
+    cases, model = result.sizes.get("case", 1), result.attrs["model"]
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
-    model = result.attrs["model"]
     subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model
-    heights = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
-    drawn, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=heights)
-    for k, axis in enumerate(axes):
-        _panel(axis, result.isel(case=k) if "case" in result.sizes else result)
+    height = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
+    drawn, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=height)
+    for k, (axis, one) in enumerate(zip(axes, _portraits(result), strict=True)):
+        _panel(axis, one)
         _scales(axis, result)
         if not result.turn.values.any() and np.ptp(result.drawn.values[0]) == np.ptp(result.drawn.values[1]):
             axis.set_aspect("equal", adjustable="box")
@@ -51,19 +53,25 @@ def figure(result: xr.Dataset) -> Figure:
     return drawn
 
 
+def _portraits(result: xr.Dataset) -> list[xr.Dataset]:
+    return [result.isel(case=k) for k in range(result.sizes["case"])] if "case" in result.sizes else [result]
+
+
+def _order(result: xr.Dataset) -> list[int]:
+    """Which state is the abscissa, and which the ordinate."""
+    return [int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])]
+
+
 def _panel(axis: Axes, one: xr.Dataset) -> None:
     """One portrait."""
-    order = [int(one.attrs["abscissa"]), 1 - int(one.attrs["abscissa"])]
-    box = one.drawn.values[order]
-    turns = one.turn.values[order]
-    axis.set_xlim(*box[0])
-    axis.set_ylim(*box[1])
+    order = _order(one)
+    box, turns = one.drawn.values[order], one.turn.values[order]
+    axis.set(xlim=box[0], ylim=box[1])
     if "rate" in one:
-        for i, (colour, dashes) in enumerate(_NULLCLINES):
-            grid = [np.linspace(low, high, one.sizes[d]) for (low, high), d in zip(box, ("abscissa", "ordinate"), strict=True)]
-            axis.contour(
-                *grid, one.rate.values[order[i]], levels=[0.0], colors=[colour], linestyles=[dashes], linewidths=1.0, zorder=3
-            )
+        grid = [np.linspace(low, high, one.sizes[d]) for (low, high), d in zip(box, ("abscissa", "ordinate"), strict=True)]
+        for i, (colour, dashes) in zip(order, _NULLCLINES, strict=True):
+            look: dict[str, Any] = {"colors": [colour], "linestyles": [dashes], "linewidths": 1.0, "zorder": 3}
+            axis.contour(*grid, one.rate.values[i], levels=[0.0], **look)
     for states in one.trajectories.values:
         _curve(axis, states[order], box, turns, _TRAJECTORY, 6.0)
     for states, stable in zip(one.separatrices.values, one.separatrix_stable.values, strict=True):
@@ -71,12 +79,11 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
             shown = states[order][:, ::-1] if stable else states[order]
             _curve(axis, shown, box, turns, _STABLE if stable else _UNSTABLE, 11.0)
     for states, kind in zip(one.closed_curves.values, one.closed_curve_kind.values.astype(str), strict=True):
-        if kind in ("stable", "unstable"):  # of a family they are trajectories like others
-            _curve(axis, states[order], box, turns, _CLOSED | {"linestyle": "-" if kind == "stable" else ":"}, 11.0)
+        if kind in _CLOSED:  # of a family they are trajectories like others
+            _curve(axis, states[order], box, turns, _CLOSED[kind], 11.0)
     for state, what in zip(one.fixed_points.values, _classes(one), strict=True):
         for shift in _shifts(state[order][:, None], box, turns):
-            style = _POINTS[what][1]
-            axis.plot(*(state[order] + shift), linestyle="", color="black", markersize=6.5, zorder=7, clip_on=False, **style)
+            axis.plot(*(state[order] + shift), zorder=7, clip_on=False, **_POINT | _POINTS[what][1])
 
 
 def _classes(one: xr.Dataset) -> list[str]:
@@ -136,53 +143,29 @@ def _arrow(axis: Axes, x: np.ndarray, box: np.ndarray, style: dict[str, Any], he
 
 def _scales(axis: Axes, result: xr.Dataset) -> None:
     """Names and ticks of both axes; angles in parts of pi."""
-    order = [int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])]
-    for i, one in zip(order, (axis.xaxis, axis.yaxis), strict=True):
+    for i, one in zip(_order(result), (axis.xaxis, axis.yaxis), strict=True):
         name, unit = str(result.state_label.values[i]), str(result.state_unit.values[i])
         shown = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
         one.set_label_text(with_unit(f"{name} {shown}".strip() if result.attrs["section"] else name, unit))
         if result.turn.values[i]:
             low, high = result.drawn.values[i]
-            step = math.pi / 2 if high - low <= 2.1 * math.pi else math.pi
-            ticks = np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
-            one.set_ticks((ticks * step).tolist(), [_of_pi(int(t), step) for t in ticks])
-
-
-def _of_pi(count: int, step: float) -> str:
-    halves = count if step < 3 else 2 * count
-    if halves == 0:
-        return "0"
-    sign, halves = ("−" if halves < 0 else ""), abs(halves)
-    if halves % 2:
-        return f"{sign}{'' if halves == 1 else halves}π/2"
-    return f"{sign}{'' if halves == 2 else halves // 2}π"
+            parts = 2 if high - low <= 2.1 * math.pi else 1
+            step = math.pi / parts
+            ticks = range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
+            one.set_ticks([t * step for t in ticks], [of_pi(t, parts) for t in ticks])
 
 
 def _legend(result: xr.Dataset) -> list[Any]:
     """What is drawn."""
-    from matplotlib.lines import Line2D
-
-    entries: list[Any] = []
-    panels = [result.isel(case=k) for k in range(result.sizes["case"])] if "case" in result.sizes else [result]
-    there = {c for p in panels for c, kind in zip(_classes(p), p.fixed_point_kind.values, strict=True) if kind}
-    for what, (name, style) in _POINTS.items():
-        if what in there:
-            entries.append(Line2D([], [], color="black", linestyle="", markersize=6.5, label=name, **style))
+    there = {c for p in _portraits(result) for c, kind in zip(_classes(p), p.fixed_point_kind.values, strict=True) if kind}
+    entries = [entry(name, **_POINT | style) for what, (name, style) in _POINTS.items() if what in there]
     if result.sizes["separatrix"]:
-        for style, name in (
-            (_UNSTABLE, "unstable manifold: leaves the saddle"),
-            (_STABLE, "stable manifold: goes to the saddle"),
-        ):
-            entries.append(Line2D([], [], label=name, **style))
+        entries.append(entry("unstable manifold: leaves the saddle", **_UNSTABLE))
+        entries.append(entry("stable manifold: goes to the saddle", **_STABLE))
     kinds = {str(k) for k in np.ravel(result.closed_curve_kind.values)}
-    for kind, line in (("stable", "-"), ("unstable", ":")):
-        if kind in kinds:
-            entries.append(Line2D([], [], label=f"closed curve, {kind}", **_CLOSED | {"linestyle": line}))
+    entries += [entry(f"closed curve, {kind}", **look) for kind, look in _CLOSED.items() if kind in kinds]
     if result.sizes["trajectory"]:
-        entries.append(Line2D([], [], label="trajectory", **_TRAJECTORY))
-    if "rate" in result:
-        for i, (colour, dashes) in zip(
-            (int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])), _NULLCLINES, strict=True
-        ):
-            entries.append(Line2D([], [], color=colour, linestyle=dashes, label=f"nullcline of {result.state.values[i]}"))
+        entries.append(entry("trajectory", **_TRAJECTORY))
+    for i, (colour, dashes) in zip(_order(result), _NULLCLINES, strict=True) if "rate" in result else ():
+        entries.append(entry(f"nullcline of {result.state.values[i]}", color=colour, linestyle=dashes))
     return entries

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from wucht.plots import sheet, style
-from wucht.plots.curves import angle_panel, draw_angles, draw_swings, thinned
+from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thinned
+from wucht.plots.scales import name_speeds, plain_decades
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _DECADES = 30.0  # times its last value: an amplitude that falls so far is drawn over a logarithmic scale, too
-_RESIDUAL, _PANEL = 0.45, 1.55  # heights in inches: the energy residual is a check, and takes no more room than one
-_LOWEST, _ROUNDING = 1e-12, 1e-18  # of the largest amplitude; a residual: nothing below is drawn
+_PANEL = 1.55  # inches: the height of a panel
+_LOWEST = 1e-12  # of the largest amplitude: nothing below is drawn
 _MOST_NAMED, _HEIGHT = 14, 2.3  # of many runs
 
 
@@ -29,7 +28,7 @@ def figure(result: xr.Dataset) -> Figure:
         return _figure_of_many(result)
     angles = [name for name in ("phase", "rotor_phase") if name in result]
     decays = _falls_by_decades(result)
-    heights = [_PANEL] * (3 + decays + len(angles)) + [_RESIDUAL]
+    heights = [_PANEL] * (3 + decays + len(angles)) + [RESIDUAL]
     subtitle = f"{result.attrs['outcome']}: {result.attrs['sentence']}"
     drawn, axes = sheet.new_figure(len(heights), result.attrs["title"], subtitle, heights)
     at, name = abscissa(result)
@@ -40,10 +39,11 @@ def figure(result: xr.Dataset) -> Figure:
         _amplitude(axes[2], result, at, slow, decades=True)
     for axis, of in zip(axes[2 + decays :], angles, strict=False):
         _phases(axis, result, of, at, slow)
-    _power(axes[-2], result, at)
+    draw_swings(axes[-2], at, result.motor_power.values, color=style.COLOURS[1], linewidth=1.0, label="motor power")
+    axes[-2].set_ylabel(label(result, "motor_power"))
     for axis in axes[:-1]:
         sheet.legend_beside(axis)
-    _residual(axes[-1], result, at)
+    draw_residual(axes[-1], at, np.maximum.accumulate(np.nan_to_num(result.energy_residual.values)))
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
         axis.set_xlim(low, high)
@@ -104,8 +104,7 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     natural = sorted({round(f, 9) for f in summary_of(result)["natural_frequencies"].values() if f is not None})
     signed = [-f if free < 0 else f for f in natural]
     style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
-    axis.set_ylabel(label(result, "speed"))
-    sheet.rpm_axis(axis, str(result.speed.attrs["units"]))
+    name_speeds(axis, result)
 
 
 def _look(i: int, name: str, count: int) -> dict[str, Any]:
@@ -134,7 +133,7 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
         return
     seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
     axis.set_ylim(max(0.7 * float(seen.min()), _LOWEST * float(seen.max())), 1.5 * float(seen.max()))
-    style.plain_decades(axis.yaxis)
+    plain_decades(axis.yaxis)
 
 
 def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
@@ -169,33 +168,17 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
     axis.set_ylabel(f"phase to {reference} (°)")
 
 
-def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
-    draw_swings(axis, time, result.motor_power.values, color=style.COLOURS[1], linewidth=1.0, label="motor power")
-    axis.set_ylabel(label(result, "motor_power"))
-
-
-def _residual(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
-    """Of the energy balance, as the largest until then: that it is small is all that is to be seen."""
-    residual = np.maximum.accumulate(np.maximum(np.nan_to_num(result.energy_residual.values), _ROUNDING))
-    axis.semilogy(*thinned(time, residual), color=style.GREY, linewidth=0.8)
-    axis.set_ylim(_ROUNDING, max(1e-8, 10 * float(residual.max(initial=0.0))))
-    axis.set_yticks([1e-16, 1e-8])
-    axis.minorticks_off()
-    style.plain_decades(axis.yaxis)
-    axis.set_ylabel("energy\nresidual")
-
-
 def _figure_of_many(result: xr.Dataset) -> Figure:
     """Two panels of many run-ups: speed and amplitude of each case, named at the ends of the lines where there is room."""
     drawn, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, printed_unit(result, "amplitude")
-    few = len(cases) <= style.MOST_LOOKS
+    few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))
     for k, case in enumerate(cases):
         run = result.isel(case=k)
         inside = np.isfinite(run.time.values)
         at = run["abscissa" if over else "time"].values[inside]
         name = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
-        look = style.line_style(k) if few else {"color": _shade(k, len(cases)), "linewidth": 0.7}
+        look = style.line_style(k) if few else {"color": tones[k], "linewidth": 0.7}
         speed.plot(*thinned(at, run.speed.values[0][inside]), **look)
         amplitude.plot(*thinned(at, scale * run.amplitude.values[inside]), label=name, **look)
         if "slow_speed" in result:
@@ -205,22 +188,12 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
             amplitude.plot(*thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
-    speed.set_ylabel(label(result, "speed"))
-    amplitude.set_ylabel(label(result, "amplitude", unit))
-    amplitude.set_ylim(bottom=0)
+    name_speeds(speed, result)
     amplitude.set_xlabel(label(result, "abscissa") if over else abscissa_label(result, "time"))
-    sheet.rpm_axis(speed, str(result.speed.attrs["units"]))
+    amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
     ends = [np.asarray(line.get_xdata())[[0, -1]] for line in amplitude.get_lines() if np.size(line.get_xdata())]
     if ends and np.ptp(ends) > 0:
         speed.set_xlim(np.min(ends), np.max(ends))
     sheet.name_at_ends(amplitude)
     sheet.legend_below(drawn, sheet.named_in([speed]))
     return drawn
-
-
-def _shade(k: int, count: int) -> str:
-    """Of one of many runs: from dark to light in their order."""
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    return str(to_hex(colormaps["viridis"](0.9 * k / max(count - 1, 1))))

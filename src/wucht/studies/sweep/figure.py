@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
+from wucht.plots.scales import name_speeds
+from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, named, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -34,12 +31,10 @@ def figure(result: xr.Dataset) -> Figure:
     if np.isfinite(result.free_speed).any():
         speed.plot(result.grid, result.free_speed, label="no-load speed", zorder=1, **FREE)
         speed.set_ylim(low, max(high, min(high * 1.1, float(np.nanmax(result.free_speed)))))
-    speed.set_ylabel(label(result, "speed"))
-    amplitude.set_ylabel(label(result, "amplitude", unit))
-    amplitude.set_ylim(bottom=0)
+    name_speeds(speed, result)
+    amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
     amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
     amplitude.set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
-    rpm_axis(speed, str(result.speed.attrs["units"]))
     for axis in (speed, amplitude):
         legend_beside(axis)
     return drawn
@@ -51,8 +46,7 @@ def _subtitle(result: xr.Dataset) -> str:
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
     values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
-    where = f"{' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
-    return f"it jumps at {_what(result)} = {where}"
+    return f"it jumps at {_what(result)} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
 
 
 def _what(result: xr.Dataset) -> str:
@@ -64,7 +58,5 @@ def _jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray
     for k, at in enumerate(result.jump_value.values):
         colour = COLOURS[0] if result.jump_upward.values[k] else COLOURS[1]
         axis.plot([at], [before[k]], "o", color=colour, markersize=5, zorder=5, label="end of a branch" if k == 0 else None)
-        axis.annotate(
-            "", xy=(at, after[k]), xytext=(at, before[k]), zorder=5,
-            arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.0, "shrinkA": 3, "shrinkB": 0},
-        )  # fmt: skip
+        arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.0, "shrinkA": 3, "shrinkB": 0}
+        axis.annotate("", xy=(at, after[k]), xytext=(at, before[k]), zorder=5, arrowprops=arrow)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.plots.configuration_lines import draw_configurations
+from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import new_figure
+from wucht.plots.stability_lines import draw_by_stability, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import with_unit
 
@@ -32,14 +33,12 @@ def figure(result: xr.Dataset) -> Figure:
     if loaded:
         axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
         axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
-        _resistance(axes[0], result, load + vibration, "load and vibration")
-        _points(axes[0], result, result.point_torque.values)
+        _resistance(axes[0], result, load + vibration, "load and vibration", result.point_torque.values)
         _ordinate(axes[0], result, drive, result.point_torque.values)
     axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
-    _resistance(axes[-1], result, vibration, "vibration")
     # Not of the net torque, which jumps at the set speed of a controlled drive.
     net_points = result.point_torque.values - np.interp(result.point_speed.values, speed, load)
-    _points(axes[-1], result, net_points)
+    _resistance(axes[-1], result, vibration, "vibration", net_points)
     _ordinate(axes[-1], result, net, net_points)
     free = (float(result.free_speed), "speed without vibration")
     mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
@@ -48,30 +47,24 @@ def figure(result: xr.Dataset) -> Figure:
     return drawn
 
 
-def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -> None:
-    """A line, dashed where a working point on it would not be stable; one for each configuration of the balancing bodies."""
+def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, at_points: np.ndarray) -> None:
+    """A line, dashed where a working point on it would not be stable; one for each configuration of the balancing bodies.
+
+    Working points are filled where stable, open where not; crosses where bodies would be in each other's place.
+    """
     if torque.ndim > 1:
         draw_configurations(axis, result, torque)
-        return
-    speed, stable = result.speed.values, result.stable.values.astype(bool)
-    unstable = ~stable
-    unstable[1:] |= ~stable[:-1]  # so that the two kinds of line meet
-    axis.plot(speed, np.where(stable, torque, np.nan), color=COLOURS[0], linewidth=1.2, label=name)
-    if unstable.any():
-        dashed = np.where(unstable, torque, np.nan)
-        axis.plot(speed, dashed, color=COLOURS[0], linewidth=1.2, linestyle="--", label=f"{name}, unstable")
-
-
-def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
-    """Filled where stable, open where not; crosses where bodies would be in each other's place."""
-    over = np.zeros(len(torque), bool)
+    else:
+        stable = result.stable.values.astype(bool)
+        draw_by_stability(axis, result.speed.values, torque, stable, name, color=COLOURS[0], linewidth=1.2)
+    over, stable = np.zeros(len(at_points), bool), result.point_stable.values.astype(bool)
     if "point_overlapping" in result:
         over = result.point_overlapping.values.astype(bool)
-        axis.plot(result.point_speed.values[over], torque[over], "x", color=GREY, markersize=4, zorder=5)
-    for stable, face, name in ((True, COLOURS[6], "working point, stable"), (False, "white", "working point, not stable")):
-        at = result.point_speed.values[chosen := (result.point_stable.values.astype(bool) == stable) & ~over]
-        if len(at):
-            axis.plot(at, torque[chosen], "o", color=COLOURS[6], markersize=6, markerfacecolor=face, label=name, zorder=5)
+        axis.plot(result.point_speed.values[over], at_points[over], "x", color=GREY, markersize=4, zorder=5)
+    classes = (
+        (stable & ~over, "o", COLOURS[6], "working point, stable"), (~stable & ~over, "o", "white", "working point, not stable")
+    )  # fmt: skip
+    draw_classes(axis, result.point_speed.values, at_points, classes, color=COLOURS[6], markersize=6, zorder=5)
 
 
 def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: np.ndarray) -> None:

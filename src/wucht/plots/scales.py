@@ -1,0 +1,84 @@
+"""Scales of panels: what they are called, in which unit they are drawn, and where their ticks are."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.plots.sheet import rpm_axis
+from wucht.results.formatting import label, named, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+
+_PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most so many:
+_MOST_TICKS = 5
+
+
+def printed(result: Any, name: str) -> tuple[np.ndarray, str]:
+    """The values of a variable as they are drawn, and the name of their scale."""
+    factor, unit = printed_unit(result, name)
+    return np.asarray(factor * result[name].values), label(result, name, unit)
+
+
+def name_speeds(axis: Axes, result: Any, name: str = "speed", of: str = "y") -> None:
+    """The name of a scale of speeds, and the second scale in revolutions per minute."""
+    getattr(axis, f"set_{of}label")(label(result, name))
+    rpm_axis(axis, str(result[name].attrs["units"]), of)
+
+
+def parameter_label(result: Any, of: str = "along") -> str:
+    """A parameter in words and with its unit: from attributes ``along``, ``along_what``, ``along_unit`` of a result."""
+    return with_unit(named(*(str(result.attrs[key]) for key in (of, f"{of}_what"))), str(result.attrs[f"{of}_unit"]))
+
+
+def travel_unit(values: Any) -> tuple[float, str]:
+    """The factor by which a motion in rad or m is drawn, and its unit there."""
+    return (math.degrees(1.0), "°") if values.attrs["units"] == "rad" else (1e3, "mm")
+
+
+def turn_scale(axis: Axes, name: str = "cam angle (°)") -> None:
+    """The abscissa of a panel is a whole turn, in degrees."""
+    axis.set(xlim=(0, 360), xticks=np.arange(0, 361, 60), xlabel=name)
+
+
+def plain_decades(axis: Axis, alone: bool = False) -> None:
+    """Ticks of a logarithmic axis as 1e-9: matplotlib's own typesetting of powers takes as long as all the rest of a figure.
+
+    alone: without numbers between the decades.
+    """
+    axis.set_major_formatter(lambda value, _position: f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e"))
+    if alone:
+        axis.set_minor_formatter(lambda _value, _position: "")
+
+
+def decades_about(values: np.ndarray) -> tuple[float, float]:
+    """Limits of a logarithmic scale for values (N,), so that it has ticks."""
+    positive = values[values > 0]
+    low, high = (positive.min(), positive.max()) if len(positive) else (0.1, 1.0)
+    return float(10 ** np.floor(np.log10(0.8 * low))), float(10 ** np.ceil(np.log10(1.25 * high)))
+
+
+def multiples_of_pi(low: float, high: float) -> list[tuple[float, str]]:
+    """The ticks of an angle and what they are called; none where fewer than two of them lie in the range."""
+    ticks: list[tuple[float, str]] = []
+    for parts in _PARTS_OF_PI:
+        step, little = math.pi / parts, 1e-3 * (high - low)
+        numbers = range(math.ceil((low - little) / step), math.floor((high + little) / step) + 1)
+        ticks = [(n * step, of_pi(n, parts)) for n in numbers]
+        if len(ticks) <= _MOST_TICKS:
+            break
+    return ticks if 2 <= len(ticks) <= 2 * _MOST_TICKS else []
+
+
+def of_pi(n: int, parts: int) -> str:
+    """n pi over so many parts: ``3π/4``."""
+    common = math.gcd(n, parts)
+    n, parts = n // common, parts // common
+    if n == 0:
+        return "0"
+    head = {1: "π", -1: "−π"}.get(n, f"{n}π".replace("-", "−"))
+    return head if parts == 1 else f"{head}/{parts}"

@@ -1,0 +1,62 @@
+"""Branches of steady states and orbits: solid where stable, dashed where not, so that the two kinds of line meet."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.plots.style import COLOURS, GREY
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+OVERLAPPING = "bodies overlapping"  # those of a track, as nothing keeps them apart here
+_UNSTABLE: dict[str, Any] = {"color": GREY, "linestyle": "--", "linewidth": 0.84}
+_COLOURS = (COLOURS[0], COLOURS[3], COLOURS[5], COLOURS[4])
+_THINNER = 0.7
+
+
+def stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
+    """Where runs of equal values in (N,) begin, and where the next one does."""
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1, [len(kinds)]])
+    return [(a, b) for a, b in pairwise(edges.tolist()) if b > a]
+
+
+def meeting(dashed: np.ndarray) -> np.ndarray:
+    """Where (N,) a line is drawn so that it meets that which ends before it: one point earlier."""
+    return np.asarray(dashed | np.concatenate([[False], dashed[:-1]]))
+
+
+def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, name: str, **look: Any) -> None:
+    """A curve (N,), dashed where (N,) it is not stable; both kinds of line have a name."""
+    axis.plot(x, np.where(stable, y, np.nan), label=name, **look)
+    if not stable.all():
+        axis.plot(x, np.where(meeting(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
+
+
+def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: float = 1.2) -> None:
+    """Draw values (configuration, speed) of a result, a colour for each name as long as there are any.
+
+    The result has ``configuration_name``, ``stable`` and ``overlapping``.
+    """
+    names, over = list(map(str, result.configuration_name.values)), result.overlapping.values.astype(bool)
+    stable = result.stable.values.astype(bool) & ~over[:, None]
+    shown = [n for k, n in enumerate(names) if not over[k]]
+    ranked = sorted(dict.fromkeys(shown), key=lambda n: not any(stable[k].any() for k in range(len(names)) if names[k] == n))
+    colours, entered, dashed = dict(zip(ranked, _COLOURS, strict=False)), set[str](), False
+    for k in np.argsort([ranked.index(n) if n in ranked else len(ranked) for n in names], kind="stable"):
+        line: dict[str, Any] = {"linewidth": width, "color": colours.get(names[k], GREY)}
+        name, thin = names[k] if names[k] in colours else "others", {"linestyle": "--", "linewidth": _THINNER * width}
+        parts = [(stable[k], name, line), (meeting(~stable[k]), name, line | thin)]
+        if over[k]:
+            parts = [(~stable[k], OVERLAPPING, {"linestyle": ":", "linewidth": _THINNER, "color": GREY})]
+        for where, text, style in parts:
+            drawn = np.where(where, values[k], np.nan)
+            if np.isfinite(drawn).any():
+                axis.plot(result.speed.values, drawn, label=None if text in entered else text, **style)
+                entered.add(text)
+                dashed |= style.get("linestyle") == "--"
+    if dashed:
+        axis.plot([], [], label="not stable", **_UNSTABLE)
