@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from wucht.plots import style
 from wucht.plots.page import current_page, small
@@ -13,11 +16,6 @@ from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, printed_unit, value_in_words, wrapped
 from wucht.studies.comparison.report import names_of, shown_numbers
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
+from wucht.plots.marks import draw_classes
+from wucht.plots.scales import name_speeds, parameter_label
+from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import label, named, with_unit
+from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.report import band_in_words
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]
@@ -41,7 +41,7 @@ def figure(result: xr.Dataset) -> Figure:
         name = "this machine" if axis is phase else None
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1, label=name)
         legend_beside(axis)
-    speed.set_xlabel(with_unit(named(result.attrs["along"], result.attrs["along_what"]), unit))
+    speed.set_xlabel(parameter_label(result))
     return drawn
 
 
@@ -131,12 +131,10 @@ def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
         branch = result.isel(point=result.branch.values == k)
         style = {"color": COLOURS[0], "linewidth": 1.2, "label": "averaged equations, stable"} if k == own else _OTHERS
         axis.plot(branch.value.values, branch.speed.where(branch.stable == 1).values, zorder=2, **style)
-    for chosen, face, name in ((entrained, COLOURS[1], "run: entrained"), (~entrained, "white", "run: not entrained")):
-        if chosen.any():
-            axis.plot(x[chosen], y[chosen], "o", color=COLOURS[1], markersize=4, markerfacecolor=face, zorder=4, label=name)
+    runs = ((entrained, "o", COLOURS[1], "run: entrained"), (~entrained, "o", "white", "run: not entrained"))
+    draw_classes(axis, x, y, runs, color=COLOURS[1], markersize=4, zorder=4)
     if frequency is not None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)
     if np.isfinite(free).any() and np.ptp(free[np.isfinite(free)]) > 0:
         axis.plot(x, free, label="speed without vibration", zorder=1, **FREE)
-    axis.set_ylabel(label(result, "run_speed"))
-    rpm_axis(axis, str(result.run_speed.attrs["units"]))
+    name_speeds(axis, result, "run_speed")

@@ -4,29 +4,34 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import bodies_in_words, with_unit
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
-
 _MARKS = "os^Dv<>ph*"
 _NAMES = {
-    "settling-time": "settling time of half of the runs",
-    "residual": "unbalance left",
-    "peak": "peak amplitude",
+    "settling-time": "settling time of half of the runs", "residual": "unbalance left", "peak": "peak amplitude",
     "capture-probability": "do not get through",
-}
+}  # fmt: skip
 _PRINTED = {"kg m": (1e6, "g mm"), "m": (1e3, "mm"), "": (100.0, "%")}
+_OWN: dict[str, Any] = {
+    "marker": "X",
+    "linestyle": "",
+    "color": COLOURS[1],
+    "markeredgecolor": "black",
+    "markersize": 9,
+    "zorder": 4,
+}
 _CAPTURE = "capture-probability"
 _SMALL = 0.01  # below, labels are powers of ten
 _DECAYED = math.log(100)  # a deviation has decayed to 1 %
@@ -72,45 +77,33 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
         axis.plot(a * np.array([one[i], full[i]]), b * np.array([one[j], full[j]]), color=GREY, linewidth=0.5, zorder=2)
     counts = result.front_bodies.values
     for k, count in enumerate(s["numbers_of_bodies"]):
-        mine = counts == count
-        if not mine.any():
+        if not (mine := counts == count).any():
             continue
         look: dict[str, Any] = {"marker": _MARKS[k % len(_MARKS)], "linestyle": "", "color": COLOURS[k % len(COLOURS)]}
-        word = bodies_in_words(count)
-        axis.plot(
-            a * front[mine, i],
-            b * front[mine, j],
-            **look,
-            fillstyle="none",
-            markersize=5,
-            label=f"front, {word}: by the search",
-        )
-        axis.plot(a * checked[mine, i], b * checked[mine, j], **look, markersize=4, label=f"front, {word}: checked", zorder=3)
+        word, searched = f"front, {bodies_in_words(count)}", look | {"fillstyle": "none", "markersize": 5}
+        axis.plot(a * front[mine, i], b * front[mine, j], label=f"{word}: by the search", **searched)
+        axis.plot(a * checked[mine, i], b * checked[mine, j], label=f"{word}: checked", markersize=4, zorder=3, **look)
     known = np.isfinite(result.own_checked.values[[i, j]]).all()
     own = result.own_checked.values if known else result.own_objective.values
-    axis.plot(
-        a * own[i], b * own[j], "X", color="#D55E00", markeredgecolor="black", markersize=9, label="machine as it is", zorder=4
-    )
+    axis.plot(a * own[i], b * own[j], label="machine as it is", **_OWN)
     of_own = s["as_it_is"]["checked_undecided" if known else "undecided"]
     undecided = np.r_[result.front_undecided.values, result.front_checked_undecided.values, of_own]
     shown = np.concatenate([front, checked, own[None]])[:, [i, j]] * [a, b]
     less = shown - undecided[:, None] * [a * (x == _CAPTURE), b * (y == _CAPTURE)]  # by runs without a verdict
     for most, least in zip(shown, less, strict=True):
-        axis.plot(*zip(least, most, strict=True), color="#D55E00", linewidth=1.5, zorder=2)
-    each: tuple[Any, Any] = axis.set_xlim, axis.set_ylim
-    for k, set_limits in enumerate(each):
-        _limits(set_limits, np.r_[shown[:, k], less[:, k]])
-    axis.set_xlabel(with_unit(_NAMES[x], x_unit))
-    axis.set_ylabel(with_unit(_NAMES[y], y_unit))
+        axis.plot(*zip(least, most, strict=True), color=COLOURS[1], linewidth=1.5, zorder=2)
+    axis.set(xlim=_limits(shown[:, 0], less[:, 0]), ylim=_limits(shown[:, 1], less[:, 1]))
+    axis.set(xlabel=with_unit(_NAMES[x], x_unit), ylabel=with_unit(_NAMES[y], y_unit))
 
 
-def _limits(set_limits: Any, values: np.ndarray) -> None:
+def _limits(*shown: np.ndarray) -> tuple[float | None, float | None]:
     """Room about what counts: candidates that are far off would leave no room for the front."""
-    values = values[np.isfinite(values)]
-    if len(values):
-        low, high = float(values.min()), float(values.max())
-        room = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
-        set_limits(low - room, high + 2 * room)
+    values = np.concatenate(shown)
+    if not np.isfinite(values).any():
+        return None, None
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    room = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
+    return low - room, high + 2 * room
 
 
 def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
@@ -133,10 +126,9 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
         axis.set_yscale("log")
         _one_two_five(axis.yaxis)
         axis.set_ylim(values.min() / 1.5, values.max() * 1.5)
-    if s["damping"]["optimum"] is not None:
-        axis.axvline(s["damping"]["optimum"], color=COLOURS[0], linewidth=0.8, linestyle="-.", label="best of the runs")
-    if s["damping"]["of_rates"] is not None:
-        axis.axvline(s["damping"]["of_rates"], color="black", linewidth=0.8, linestyle=":", label="best linearised")
+    for best, colour, dashes, name in (("optimum", COLOURS[0], "-.", "of the runs"), ("of_rates", "black", ":", "linearised")):
+        if s["damping"][best] is not None:
+            axis.axvline(s["damping"][best], color=colour, linewidth=0.8, linestyle=dashes, label=f"best {name}")
     axis.set_xlabel(with_unit("damping of the bodies", str(result.damping.attrs["units"])))
     axis.set_ylabel(with_unit("settling time of half of the runs", str(result.settling_time.attrs["units"])))
     legend_above(axis)
@@ -144,8 +136,6 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 
 def _one_two_five(ticks: Axis) -> None:
     """Labels at 1, 2 and 5 of each decade, as plain numbers."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ticks.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _SMALL else f"{value:.0e}".replace("e-0", "e-"))
     ticks.set_minor_formatter(NullFormatter())

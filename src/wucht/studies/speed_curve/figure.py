@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from wucht.plots.marks import Symbol, draw_kinds, entries_of_kinds, entry
 from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
-from wucht.plots.style import COLOURS, GREY
+from wucht.plots.stability_lines import stretches
+from wucht.plots.style import COLOURS, GREY, shades
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, named, printed_unit, with_unit
 
 Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of the parameter's values and what there is: what is drawn
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LINES: dict[int, dict[str, Any]] = {  # by how many disturbances grow; 2: or more
     0: {"linestyle": "-", "linewidth": 1.8, "zorder": 3},
@@ -33,20 +32,18 @@ _WORDS = {
     0: "stable", 1: "unstable", 2: "unstable, several\ndisturbances grow", _SOME: "some members of\nthe family stable",
 }  # fmt: skip
 _NAMED = {"compensating": 2, "together": 0, "opposed": 1}  # colours of these, whatever else there is
-_MARKS = {"fold": ("o", "white"), "hopf": ("D", "white"), "branch-point": ("s", "black"), "some-stable": ("<", "white"),
-          "all-stable": (">", "white"), "unresolved": ("x", "white")}  # fmt: skip
-_OTHER_MARK = ("^", "white")
-_SECOND_MARKS = ("P", "X", "*", "v", "h")
-_SHOWN = {
-    "hopf": "Hopf point", "branch-point": "branch point", "some-stable": "first members stable",
-    "all-stable": "all members stable", "unresolved": "not resolved",
+_MARKS: dict[str, Symbol] = {
+    "fold": ("o", "white", ""), "hopf": ("D", "white", "Hopf point"), "branch-point": ("s", "black", ""),
+    "some-stable": ("<", "white", "first members stable"), "all-stable": (">", "white", "all members stable"),
+    "unresolved": ("x", "white", "not resolved"), "": ("^", "white", ""),
 }  # fmt: skip
+_SECOND_MARKS = ("P", "X", "*", "v", "h")
+_GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}
 _DECADES = 100.0  # a range over which the abscissa is logarithmic
 _ROOM = 0.06
 _NO_NAME = "steady states"
 _WIDEST = 23  # characters of a line of a legend
 _MOST_NAMED = 7  # values of the second parameter in the legend, if their colours are those of a scale
-_BRIGHTEST = 0.9  # of the scale of colours: brighter lines are not seen on white
 _BETWEEN = 8  # parts of the curve between two points
 _FEWEST = 4  # points through which a curve is drawn, not a polygon
 _NONE = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
@@ -69,14 +66,12 @@ def figure(result: xr.Dataset) -> Figure:
         scale, unit = printed_unit(result, "amplitude")
         _branches(axes[1], result, "amplitude", lambda value, y: scale * y, colours, used)
         _types(axes[1], result, "amplitude", lambda value, y: scale * y)
-        axes[1].set_ylabel(label(result, "amplitude", unit))
-        axes[1].set_ylim(bottom=0)
+        axes[1].set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
     if plane:
         _plane(axes[-1], result, colours)
-    low, high = result.attrs["low"], result.attrs["high"]
     if _logarithmic(result):
         axes[-1].set_xscale("log")
-    axes[-1].set_xlim(low, high)
+    axes[-1].set_xlim(result.attrs["low"], result.attrs["high"])
     axes[-1].set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
     if ratio is None:
         rpm_axis(axes[0], str(result.speed.attrs["units"]))
@@ -110,7 +105,7 @@ def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, co
             axis.plot(*curve.between(begin, end), color=colours[key], **_LINES[code])
     _special_points(axis, result, name, of)
     if result.sizes["own"]:
-        axis.axvline(summary_of(result)["value"], color=GREY, linestyle=":", linewidth=0.9, zorder=1)
+        axis.axvline(summary_of(result)["value"], zorder=1, **_GUIDE)
     axis.margins(y=_ROOM)
     if np.nanmin(y, initial=np.inf) >= 0 and (shown is None or name == "amplitude"):
         axis.set_ylim(bottom=0)
@@ -138,10 +133,8 @@ def _types(axis: Axes, result: xr.Dataset, of: str, shown: Shown | None) -> None
         room = np.hypot(*((at[:, inside] / size)[:, :, None] - others[:, None, :])).min(axis=1, initial=1.0)
         best = int(np.nan_to_num(room).argmax())
         if room[best] > _ROOM:
-            place, box = (
-                (float(result.value.values[inside][best]), float(at[1, inside][best])),
-                {"pad": 0.8, "fc": "white", "ec": "none"},
-            )
+            place = float(result.value.values[inside][best]), float(at[1, inside][best])
+            box = {"pad": 0.8, "fc": "white", "ec": "none"}
             axis.annotate(name, place, ha="center", va="center", fontsize=small(), zorder=4, bbox=box)
 
 
@@ -175,7 +168,7 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
     number, named = result.curve.values, set[str]()
     for k in range(result.sizes["curve_number"]):
         at, of, states = number == k, str(result.curve_of.values[k]), str(result.curve_label.values[k])
-        name = f"{_SHOWN.get(of, of)}s" + ("" if states == _NO_NAME else f", {states}")
+        name = f"{_MARKS[of][2] or of}s" + ("" if states == _NO_NAME else f", {states}")
         style: dict[str, Any] = {"color": colours.get(states, GREY), "linestyle": "-" if of == "fold" else "--"}
         x, y = result.curve_value.values[at], result.curve_second.values[at]
         axis.plot(x, y, linewidth=1.3, label=None if name in named else _wrapped(name), **style)
@@ -187,8 +180,7 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
         name = kind.replace("-", " ").replace("hopf", "Hopf").replace("bogdanov takens", "Bogdanov-Takens")
         axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrapped(name))
     axis.set_ylabel(with_unit(str(result.attrs["second_symbol"]), result.attrs["second_unit"]))
-    summary = summary_of(result)
-    axis.axhline(summary["second_value"], color=GREY, linestyle=":", linewidth=0.9, zorder=1)
+    axis.axhline(summary_of(result)["second_value"], zorder=1, **_GUIDE)
     legend_beside(axis)
 
 
@@ -225,11 +217,7 @@ def _colours(result: xr.Dataset) -> dict[str, str]:
     """By key: of named states always the same, where a name stands for a single key; of many values those of a scale."""
     values = {_key(result, k): float(result.second_value[k]) for k in range(result.sizes["branch"])}
     if len(values) > len(COLOURS) and np.isfinite(list(values.values())).all():
-        from matplotlib import colormaps
-        from matplotlib.colors import to_hex
-
-        ordered = sorted(values, key=lambda key: values[key])
-        return {key: to_hex(colormaps["viridis"](_BRIGHTEST * k / (len(ordered) - 1))) for k, key in enumerate(ordered)}
+        return dict(zip(sorted(values, key=lambda key: values[key]), shades(len(values)), strict=True))
     keys = {_key(result, k): str(result.branch_name.values[k]) for k in range(result.sizes["branch"])}
     by_name = bool(np.isnan(result.second_value.values).all()) and any(keys.values())
     left = [c for c in COLOURS if not by_name or c not in {COLOURS[i] for i in _NAMED.values()}]
@@ -253,44 +241,33 @@ def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, in
         own = code[at]
         of_segment = np.where(own[:-1] >= 0, own[:-1], own[1:])
         of_segment = np.where(of_segment >= 0, of_segment, 1)
-        begins = np.concatenate([[0], np.flatnonzero(np.diff(of_segment)) + 1, [len(of_segment)]]).tolist()
-        yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in pairwise(begins) if b > a]
+        yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in stretches(of_segment)]
 
 
 def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> None:
     """With a second parameter its value stands at each fold, so that curves are told apart without their colours."""
     kinds = result.special_kind.values.astype(str)
     x, y = result.special_value.values, of(result.special_value.values, result[f"special_{name}"].values)
-    for kind in dict.fromkeys(kinds.tolist()):
-        marker, face = _MARKS.get(kind, _OTHER_MARK)
-        at = kinds == kind
-        axis.plot(x[at], y[at], marker, color="black", markerfacecolor=face, markersize=5, markeredgewidth=1.0, zorder=5)
+    draw_kinds(axis, x, y, kinds, _MARKS)
     many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then they would be written over one another
     for i in [] if many else np.flatnonzero(kinds == "fold").tolist():
         branch = int(result.special_branch[i])
         if np.isfinite(second := float(result.second_value[branch])) and result.attrs["low"] < x[i] < result.attrs["high"]:
-            axis.annotate(
-                f"{second:.4g}", (x[i], y[i]), xytext=(4, 3), textcoords="offset points", fontsize=small(),
-                zorder=6,
-            )  # fmt: skip
+            place: dict[str, Any] = {"xytext": (4, 3), "textcoords": "offset points", "zorder": 6}
+            axis.annotate(f"{second:.4g}", (x[i], y[i]), fontsize=small(), **place)
 
 
 def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list[Any]:
-    from matplotlib.lines import Line2D
-
     single = next(iter(colours.values())) if len(colours) == 1 else GREY
     named = {key: colour for key, colour in colours.items() if key != _NO_NAME or len(colours) > 1}
     if np.isfinite(result.second_value.values).all() and len(named) > len(COLOURS):
         chosen = np.linspace(0, len(named) - 1, _MOST_NAMED).round().astype(int).tolist()
         named = {key: named[key] for key in [list(named)[i] for i in chosen]}
-    handles = [Line2D([], [], color=colour, linewidth=1.8, label=_wrapped(key)) for key, colour in named.items()]
-    handles += [Line2D([], [], color=single, label=_WORDS[code], **_LINES[code]) for code in sorted(used)]
-    for kind in dict.fromkeys(result.special_kind.values.astype(str).tolist()):
-        marker, face = _MARKS.get(kind, _OTHER_MARK)
-        style = {"marker": marker, "markerfacecolor": face, "markersize": 5, "label": _SHOWN.get(kind, kind)}
-        handles.append(Line2D([], [], color="black", linestyle="", **style))
+    handles = [entry(_wrapped(key), color=colour, linewidth=1.8) for key, colour in named.items()]
+    handles += [entry(_WORDS[code], color=single, **_LINES[code]) for code in sorted(used)]
+    handles += entries_of_kinds(result.special_kind.values, _MARKS)
     if result.sizes["own"]:
         own = _with_its_unit(f"{summary_of(result)['value']:.5g}", result.attrs["along_unit"])
         value = f"as it is: {own}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {own}"
-        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=value))
+        handles.append(entry(value, **_GUIDE))
     return handles

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patheffects import Stroke
 
+from wucht.plots.marks import draw_region, entry, field
 from wucht.plots.page import current_page, small
-from wucht.plots.sheet import legend_beside, legend_over, new_grid, rpm_axis
+from wucht.plots.scales import name_speeds
+from wucht.plots.sheet import legend_beside, legend_over, new_grid
 from wucht.plots.style import COLOURS, GREY
-from wucht.results.formatting import label
 from wucht.studies.synchronous_states.report import chosen
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
 _ROW, _MAP = 1.5, 2.4  # inches
@@ -110,8 +111,6 @@ def _arrow(axis: Axes, start: complex, end: complex, **style: Any) -> None:
 
 def _appearance(i: int) -> dict[str, Any]:
     """How a body's force is drawn: hollow beyond the fifth body, where colours come again."""
-    from matplotlib.patheffects import Stroke
-
     colour = _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
     hollow = [Stroke(linewidth=3.2, foreground=colour), Stroke(linewidth=1.4, foreground="white")]
     return {"color": colour, "path_effects": hollow if i > len(_BODIES) else None}
@@ -155,24 +154,16 @@ def _title(result: xr.Dataset, k: int) -> str:
 
 def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
     """Of the bodies and of the frames that are drawn."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    names = map(str, result.body_name.values)
-    handles: list[Any] = [Line2D([], [], linewidth=2, label=n, **_appearance(i)) for i, n in enumerate(names)]
+    handles = [entry(str(name), linewidth=2, **_appearance(i)) for i, name in enumerate(result.body_name.values)]
     if result.attrs["comparable"]:
-        handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=_DASHED, label="what is left"))
+        handles.append(entry("what is left", color=_LEFT, linewidth=2, linestyle=_DASHED))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
-        handles.append(Patch(facecolor="none", edgecolor=colour, linestyle=line, linewidth=width, label=words))
+        handles.append(field(words, "none", edge=colour, linestyle=line, linewidth=width))
     return handles
 
 
 def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     """Which states are stable in the averaged equations, over speed and unbalance ratio."""
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     names = [str(n) for n in result.region.values]
     code = np.tensordot(2 ** np.arange(len(names)), result.map_stable.values.astype(int), 1)
     unique, index = np.unique(code, return_inverse=True)
@@ -184,19 +175,16 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     hatches = _hatches(present)
     for number, c in enumerate(present):
         if hatches[c] and min(at[2].shape) > 1:
-            drawn = axis.contourf(*at[:2], (at[2] == number).astype(float), [0.5, 1.5], colors="none", hatches=[hatches[c]])
-            drawn.set(edgecolor=_HATCH, linewidth=0.0)
+            draw_region(axis, at[0], at[1], at[2] == number, hatches[c], _HATCH)
     words = {c: " and ".join(n for k, n in enumerate(names) if c >> k & 1) or "none" for c in present}
-    handles: list[Any] = [
-        Patch(facecolor=colours[c], edgecolor=GREY, hatch=hatches[c], linewidth=0.5, label=words[c]) for c in present
-    ]
+    handles = [field(words[c], colours[c], hatches[c]) for c in present]
     frequencies = np.unique(np.round(np.abs(result.natural_frequency.values), 9))
     for f in frequencies[(frequencies >= float(result.map_speed[0])) & (frequencies <= float(result.map_speed[-1]))]:
         axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
-    handles.append(Line2D([], [], color=GREY, linestyle=":", label="natural frequencies"))
+    handles.append(entry("natural frequencies", color=GREY, linestyle=":"))
     handles += _this_machine(axis, result)
-    axis.set(xlabel=label(result, "map_speed"), ylabel="unbalance of the balancing bodies over that of the rotor")
-    rpm_axis(axis, str(result.map_speed.attrs["units"]), "x")
+    axis.set_ylabel("unbalance of the balancing bodies over that of the rotor")
+    name_speeds(axis, result, "map_speed", "x")
     legend_beside(axis, handles, "stable (averaged equations)")
 
 
@@ -228,5 +216,5 @@ def _this_machine(axis: Axes, result: xr.Dataset) -> list[Any]:
     speeds = np.unique(np.round(np.abs(result.speed.values), 6))
     inside = speeds[(speeds >= first) & (speeds <= last)]
     shown = low <= ratio <= high and len(inside)
-    style: dict[str, Any] = {"color": "black", "markerfacecolor": "white", "markersize": 5, "label": "states above"}
-    return axis.plot(inside, np.full(len(inside), ratio), "o", **style) if shown else []
+    look: dict[str, Any] = {"color": "black", "markerfacecolor": "white", "markersize": 5, "label": "states above"}
+    return list(axis.plot(inside, np.full(len(inside), ratio), "o", **look)) if shown else []
