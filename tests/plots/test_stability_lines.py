@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from wucht.plots.stability_lines import draw_by_stability, meeting, stretches
+from wucht.plots.stability_lines import draw_by_stability, meeting, smooth_curve, stretches
 
 
 @pytest.mark.parametrize(
@@ -31,3 +31,15 @@ def test_what_is_stable_throughout_has_one_line() -> None:
     axis = Figure().add_subplot()
     draw_by_stability(axis, np.arange(3.0), np.arange(3.0), np.ones(3, bool), "load")
     assert len(axis.get_lines()) == 1
+
+
+def test_a_smooth_curve_goes_through_its_points_and_not_below_the_stretch() -> None:
+    points = np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 0.0, 1.0, 4.0, 4.0]])
+    x, y = smooth_curve(points, (4.0, 4.0), 1, 4)
+    assert (x[::8].tolist(), y[::8].tolist()) == ([1.0, 2.0, 3.0, 4.0], pytest.approx([0.0, 1.0, 4.0, 4.0]))
+    assert y.min() >= 0.0
+
+
+def test_few_points_are_joined_by_straight_lines() -> None:
+    points = np.array([[0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 1.0, 0.0]])
+    assert smooth_curve(points, (2.0, 1.0), 0, 3)[0].tolist() == [0.0, 1.0, 1.0, 2.0]

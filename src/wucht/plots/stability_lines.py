@@ -16,6 +16,8 @@ OVERLAPPING = "bodies overlapping"  # those of a track, as nothing keeps them ap
 _UNSTABLE: dict[str, Any] = {"color": GREY, "linestyle": "--", "linewidth": 0.84}
 _COLOURS = (COLOURS[0], COLOURS[3], COLOURS[5], COLOURS[4])
 _THINNER = 0.7
+_BETWEEN = 8  # parts of a smooth curve between two points
+_FEWEST = 4  # points through which a smooth curve is drawn, not a polygon
 
 
 def stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
@@ -27,6 +29,23 @@ def stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
 def meeting(dashed: np.ndarray) -> np.ndarray:
     """Where (N,) a line is drawn so that it meets that which ends before it: one point earlier."""
     return np.asarray(dashed | np.concatenate([[False], dashed[:-1]]))
+
+
+def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
+    """From one of the points (2, N) of a branch to another: cubics in the length of the polygon, Akima's, that do not swing.
+
+    panel: its width and height.
+    """
+    from scipy.interpolate import Akima1DInterpolator
+
+    (x, y), steps = points, np.hypot(*(np.diff(points, axis=1) / np.array(panel)[:, None]))
+    at, apart = np.concatenate([[0.0], np.cumsum(steps)]), np.concatenate([[True], steps > 0])
+    if apart.sum() < _FEWEST or not np.isfinite(at).all():
+        return x[begin : end + 1], y[begin : end + 1]
+    knots, share = at[begin : end + 1], np.arange(_BETWEEN) / _BETWEEN
+    fine = np.append((knots[:-1, None] + share * np.diff(knots)[:, None]).ravel(), knots[-1])
+    both = Akima1DInterpolator(at[apart], points[:, apart], axis=1)(fine)
+    return both[0], np.maximum(both[1], y[begin : end + 1].min())
 
 
 def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, name: str, **look: Any) -> None:

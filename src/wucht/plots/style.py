@@ -18,6 +18,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 DASHES = ("-", "--", "-.", ":")
 MOST_LOOKS = 28  # lines that can be told from each other, in grey too
 GREY = "#666666"
+GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}  # where a value lies that is known otherwise
 # What a drive reaches without vibration: with dashes that no line has.
 FREE: dict[str, Any] = {"color": GREY, "linestyle": (0, (10, 3)), "linewidth": 0.9}
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (3, 4)), "linewidth": 1.0, "zorder": 4}  # averaged equations
@@ -52,7 +53,7 @@ def shades(count: int) -> list[str]:
 def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
     """Dotted lines across a panel, the first of which has the name."""
     for k, value in enumerate(values):
-        axis.axhline(value, color=GREY, linestyle=":", linewidth=0.9, label=None if k else name)
+        axis.axhline(value, **GUIDE, label=None if k else name)
 
 
 def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], named: int) -> None:

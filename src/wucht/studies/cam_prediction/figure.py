@@ -15,7 +15,7 @@ from wucht.plots.cam_drawings import draw_bars_from, draw_motion, order_scale
 from wucht.plots.page import small
 from wucht.plots.scales import decades_about, plain_decades, travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, legend_above, named_in
-from wucht.plots.style import COLOURS, FREE, GREY, HATCHED
+from wucht.plots.style import COLOURS, FREE, GREY, GUIDE, HATCHED
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import with_unit
 
@@ -31,7 +31,6 @@ _FEWEST_ROWS = 4
 _SIMULATED = "simulated"
 _DASHES = {"original": "--", "corrected": "-"}  # where the two curves lie on each other both are seen
 _DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": "black", "zorder": 5}
-_GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}
 _TURN = "time of a turn (°)"
 
 
@@ -67,7 +66,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         at = np.degrees(result.simulated_tau.values)
         for n, row in enumerate(_RPM * result.simulated_speed.values):
             axis.plot(at, row, label=_SIMULATED if n == 0 else None, **_DOT)
-    axis.axhline(_RPM * summary_of(result)["corrected"]["mean_speed"], **_GUIDE)
+    axis.axhline(_RPM * summary_of(result)["corrected"]["mean_speed"], **GUIDE)
     axis.set_ylabel("speed of the shaft (rpm)")
     axis.ticklabel_format(axis="y", useOffset=False)
 
@@ -83,7 +82,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
             axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATED if aside > 0 else None, **_DOT)
     count = summary_of(result)["above"]["orders"]
     if k[0] <= count < k[-1]:
-        axis.axvline(count + 0.5, **_GUIDE)
+        axis.axvline(count + 0.5, **GUIDE)
     axis.set(yscale="log", ylim=(lowest, 3 * shown.max()))
     plain_decades(axis.yaxis, alone=True)
     order_scale(axis, k)
@@ -115,7 +114,7 @@ def _cuts(axis: Axes, result: xr.Dataset) -> None:
     cuts, left, above = result.cut.values, result.cut_residual.values, summary_of(result)["above"]
     axis.plot(cuts, left, "o-", color=COLOURS[1], linewidth=1.1, markersize=5)
     if above["law"] > _NOTHING:
-        axis.axhline(above["law"], label="the law itself", **_GUIDE)
+        axis.axhline(above["law"], label="the law itself", **GUIDE)
     axis.set(yscale="log", ylim=decades_about(left), xticks=cuts, xlim=(0.5, cuts[-1] + 0.5))
     plain_decades(axis.yaxis, alone=True)
     axis.set_xlabel("cam, cut for the speed with the one before")
@@ -143,7 +142,7 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
     named = math.inf
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
     for k, at in zip(result.resonance_order.values.tolist(), _RPM * result.resonance_speed.values, strict=True):
-        axis.axvline(at, **_GUIDE | {"linewidth": 0.6})
+        axis.axvline(at, **GUIDE | {"linewidth": 0.6})
         if named - at >= _APART * (speeds[-1] - speeds[0]):  # from the fastest on
             named = at
             _at_foot(axis, f"k = {k}", at, 0, ha="center", bbox=box)
@@ -177,7 +176,7 @@ def _twist(axis: Axes, result: xr.Dataset) -> None:
     colours = [_COLOURS.get(name.removesuffix(" cam"), COLOURS[2]) for name in names]
     _bars(axis, left, colours, named, (_CLEAN, max(decades_about(left)[1], 1.0)))
     if above["law"] > _CLEAN:
-        axis.axvline(above["law"], **_GUIDE)
+        axis.axvline(above["law"], **GUIDE)
         _at_foot(axis, "the law itself", above["law"], -3, ha="right")
     axis.set_xlabel(f"shaft that twists: above order {above['orders']}, over order 1")
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.scales import plain_decades
 from wucht.plots.sheet import colour_bar, draw_panels
-from wucht.plots.style import COLOURS, GREY, line_style
+from wucht.plots.style import COLOURS, GUIDE, line_style
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
@@ -84,7 +84,7 @@ def _search(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(number[known], far[known], ".", color="#AAAAAA", markersize=3, label="candidate")
     best = np.minimum.accumulate(np.where(known, far, np.inf))
     axis.plot(number, np.where(np.isfinite(best), best, np.nan), label="best so far", **line_style(0))
-    axis.axvline(len(result["reach_distance"]) + 0.5, color=GREY, linestyle=":", linewidth=0.9, label="search begins")
+    axis.axvline(len(result["reach_distance"]) + 0.5, **GUIDE, label="search begins")
     for name, marker, k, equations in (("run_slow", "v", 0, "averaged"), ("run_full", "o", 1, "full")):
         runs = result[name].values
         beside = len(far) * 1.03 + np.arange(len(runs)) * 0.02 * len(far)

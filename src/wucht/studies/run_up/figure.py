@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots import sheet, style
 from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thinned
 from wucht.plots.scales import name_speeds, plain_decades
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _DECADES = 30.0  # times its last value: an amplitude that falls so far is drawn over a logarithmic scale, too
 _PANEL = 1.55  # inches: the height of a panel
@@ -53,9 +55,12 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _falls_by_decades(result: xr.Dataset) -> bool:
     """Whether the amplitude ends so far below its largest that nothing of it is seen there on a linear scale."""
-    amplitude = result.amplitude.values
-    seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
+    seen = _positive(result.amplitude.values)
     return len(seen) > 1 and bool(seen.max() > _DECADES * seen[-len(seen) // 10 :].min())
+
+
+def _positive(amplitude: np.ndarray) -> np.ndarray:
+    return np.asarray(amplitude[np.isfinite(amplitude) & (amplitude > 0)])
 
 
 def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
@@ -122,8 +127,8 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
         axis.set_yscale("log")
     else:
         _limits(axis, result, "radius", scale)
-    if not decades and (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
-        draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
+        if (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
+            draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
     draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
         axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
@@ -131,7 +136,7 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
     if not decades:
         axis.set_ylim(bottom=0)
         return
-    seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
+    seen = _positive(amplitude)
     axis.set_ylim(max(0.7 * float(seen.min()), _LOWEST * float(seen.max())), 1.5 * float(seen.max()))
     plain_decades(axis.yaxis)
 

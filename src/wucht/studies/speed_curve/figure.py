@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from wucht.plots.marks import Symbol, draw_kinds, entries_of_kinds, entry
 from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
-from wucht.plots.stability_lines import stretches
-from wucht.plots.style import COLOURS, GREY, shades
+from wucht.plots.stability_lines import smooth_curve, stretches
+from wucht.plots.style import COLOURS, GREY, GUIDE, shades
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, named, printed_unit, with_unit
 
@@ -38,14 +38,11 @@ _MARKS: dict[str, Symbol] = {
     "unresolved": ("x", "white", "not resolved"), "": ("^", "white", ""),
 }  # fmt: skip
 _SECOND_MARKS = ("P", "X", "*", "v", "h")
-_GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}
 _DECADES = 100.0  # a range over which the abscissa is logarithmic
 _ROOM = 0.06
 _NO_NAME = "steady states"
 _WIDEST = 23  # characters of a line of a legend
 _MOST_NAMED = 7  # values of the second parameter in the legend, if their colours are those of a scale
-_BETWEEN = 8  # parts of the curve between two points
-_FEWEST = 4  # points through which a curve is drawn, not a polygon
 _NONE = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
 _AS_PRESCRIBED = 1e-9
 
@@ -99,13 +96,14 @@ def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, co
     y = of(result.value.values, result[name].values)
     size = max(float(np.ptp(y[np.isfinite(y)])), _AS_PRESCRIBED) if np.isfinite(y).any() else 1.0
     for branch, pieces in _pieces(result):
-        curve = _Curve(result.value.values[branch], y[branch], result.attrs["high"] - result.attrs["low"], size)
+        points = np.stack([result.value.values[branch], y[branch]])
         for begin, end, key, code in pieces:
             used.add(code)
-            axis.plot(*curve.between(begin, end), color=colours[key], **_LINES[code])
+            panel = (result.attrs["high"] - result.attrs["low"], size)
+            axis.plot(*smooth_curve(points, panel, begin, end), color=colours[key], **_LINES[code])
     _special_points(axis, result, name, of)
     if result.sizes["own"]:
-        axis.axvline(summary_of(result)["value"], zorder=1, **_GUIDE)
+        axis.axvline(summary_of(result)["value"], zorder=1, **GUIDE)
     axis.margins(y=_ROOM)
     if np.nanmin(y, initial=np.inf) >= 0 and (shown is None or name == "amplitude"):
         axis.set_ylim(bottom=0)
@@ -142,27 +140,6 @@ def _logarithmic(result: xr.Dataset) -> bool:
     return bool(0 < _DECADES * result.attrs["low"] <= result.attrs["high"])
 
 
-class _Curve:
-    """A smooth curve through the points (N,) of a branch: cubics in the length of the polygon, Akima's, that do not swing."""
-
-    def __init__(self, x: np.ndarray, y: np.ndarray, width: float, height: float) -> None:
-        self._x, self._y = x, y
-        self._length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x) / width, np.diff(y) / height))])
-
-    def between(self, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
-        """From one point to another."""
-        from scipy.interpolate import Akima1DInterpolator
-
-        x, y, at = self._x, self._y, self._length
-        apart = np.concatenate([[True], np.diff(at) > 0])
-        if apart.sum() < _FEWEST or not np.isfinite(at).all():
-            return x[begin : end + 1], y[begin : end + 1]
-        knots, share = at[begin : end + 1], np.arange(_BETWEEN) / _BETWEEN
-        fine = np.append((knots[:-1, None] + share * np.diff(knots)[:, None]).ravel(), knots[-1])
-        both = Akima1DInterpolator(at[apart], np.stack([x[apart], y[apart]], axis=1))(fine)
-        return both[:, 0], np.maximum(both[:, 1], y[begin : end + 1].min())
-
-
 def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
     """The curves of folds and Hopf points in both parameters."""
     number, named = result.curve.values, set[str]()
@@ -180,7 +157,7 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
         name = kind.replace("-", " ").replace("hopf", "Hopf").replace("bogdanov takens", "Bogdanov-Takens")
         axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrapped(name))
     axis.set_ylabel(with_unit(str(result.attrs["second_symbol"]), result.attrs["second_unit"]))
-    axis.axhline(summary_of(result)["second_value"], zorder=1, **_GUIDE)
+    axis.axhline(summary_of(result)["second_value"], zorder=1, **GUIDE)
     legend_beside(axis)
 
 
@@ -269,5 +246,5 @@ def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list
     if result.sizes["own"]:
         own = _with_its_unit(f"{summary_of(result)['value']:.5g}", result.attrs["along_unit"])
         value = f"as it is: {own}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {own}"
-        handles.append(entry(value, **_GUIDE))
+        handles.append(entry(value, **GUIDE))
     return handles
