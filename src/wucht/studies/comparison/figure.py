@@ -12,16 +12,17 @@ from matplotlib.figure import Figure
 
 from wucht.plots import style
 from wucht.plots.page import current_page, small
+from wucht.plots.scales import printed
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import label, printed_unit, value_in_words, wrapped
+from wucht.results.formatting import printed_unit, value_in_words, wrapped
 from wucht.studies.comparison.report import names_of, shown_numbers
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
 _LETTERS = 14.0  # of text in an inch
 _MARKS, _LINES = "os^Dv", ("-", "--", "-.", ":")
-_MOST_TOLD = 8  # variants that are written below a panel; more are counted
+_MOST_WRITTEN = 8  # variants that are written below a panel; more are counted
 _WORDS, _APART = 40, 2  # letters that have room there side by side, and between two of them
 
 
@@ -53,10 +54,8 @@ def figure(result: xr.Dataset) -> Figure:
 def _in_words(result: xr.Dataset) -> Figure:
     """Answers that are neither curves nor numbers."""
     letters = int(current_page().width * _LETTERS)
-    answers = [
-        f"{variant}: {sentence}" for variant, sentence in zip(result.variant.values, result.sentence.values, strict=True)
-    ]
-    lines = ["\n".join(wrapped(answer, letters)) for answer in answers[:_MOST_TOLD]]
+    answers = [f"{name}: {text}" for name, text in zip(result.variant.values, result.sentence.values, strict=True)]
+    lines = ["\n".join(wrapped(answer, letters)) for answer in answers[:_MOST_WRITTEN]]
     text = "\n".join([*lines, *([f"and {len(answers) - len(lines)} more"] if len(answers) > len(lines) else [])])
     height = (text.count("\n") + 1) * _LINE / current_page().height
     drawn, [axis] = new_grid(1, result.attrs["title"], result.attrs["sentence"], columns=1, heights=height)
@@ -71,9 +70,8 @@ def _abscissae(result: xr.Dataset) -> list[xr.DataArray]:
 
 def _names(result: xr.Dataset) -> list[str]:
     """What the variants are called in the legend, below what is varied."""
-    names = [_told(result, k) for k in range(result.sizes["variant"])]
-    pairs = zip(names, result.outcome.values, strict=True)
-    names = [f"{name}: {outcome}" if outcome else name for name, outcome in pairs]
+    words = [_words_of(result, k) for k in range(result.sizes["variant"])]
+    names = [f"{name}: {outcome}" if outcome else name for name, outcome in zip(words, result.outcome.values, strict=True)]
     return names if len(names) <= _MOST_NAMED else [*names[: _MOST_NAMED - 1], f"and {len(names) - _MOST_NAMED + 1} more"]
 
 
@@ -83,7 +81,7 @@ def _with_curves(result: xr.Dataset) -> list[int]:
     return [int(k) for k in np.flatnonzero(np.any(own, axis=0))] if own else []
 
 
-def _told(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
+def _words_of(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
     """A variant by its name and the values of what is varied (paths: of some of it)."""
     paths = list(summary_of(result)["vary"]) if paths is None else paths
     name = names_of(result)[variant]
@@ -99,26 +97,23 @@ def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
 
 
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
-    x, y = (result[f"curve_{number}_{n}"] for n in "xy")
-    (x_scale, x_unit), (y_scale, y_unit) = (printed_unit(result, str(v.name)) for v in (x, y))
+    (x, x_name), (y, y_name) = (printed(result, f"curve_{number}_{n}") for n in "xy")
     for k in _with_curves(result):
-        name = names[k] if k < len(names) else None
-        axis.plot(x_scale * x.values[k], y_scale * y.values[k], label=name, **style.line_style(k))
-    axis.set_xlabel(label(result, str(x.name), x_unit))
-    axis.set_ylabel(label(result, str(y.name), y_unit))
+        axis.plot(x[k], y[k], label=names[k] if k < len(names) else None, **style.line_style(k))
+    axis.set(xlabel=x_name, ylabel=y_name)
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A number over the first key that is varied, a line for each file and value of the second; else over the variants."""
-    (scale, unit), paths = printed_unit(result, name), list(summary_of(result)["vary"])
-    values, continuous = scale * result[name].values, bool(paths) and result[paths[0]].dtype.kind == "f"
-    axis.set_ylabel(label(result, name, unit))
+    (values, shown), paths = printed(result, name), list(summary_of(result)["vary"])
+    continuous = bool(paths) and result[paths[0]].dtype.kind == "f"
+    axis.set_ylabel(shown)
     groups = _groups(result, paths[1:]) if paths else [list(range(len(values)))]
     x = _abscissa(axis, result, paths)
     for j, members in enumerate(groups):
         at = [members[k] for k in np.argsort(x[members], kind="stable")]
         marker, dashes = _MARKS[j % len(_MARKS)], _LINES[j // len(_MARKS) % len(_LINES)] if continuous else ""
-        group = _told(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
+        group = _words_of(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
         mark: dict[str, Any] = {"marker": marker, "markersize": 6, "markerfacecolor": "none", "markeredgewidth": 1.4}
         axis.plot(x[at], values[at], label=group, color=style.GREY, linewidth=0.9, linestyle=dashes, **mark)
         for k in at:
@@ -136,9 +131,8 @@ def _groups(result: xr.Dataset, paths: Sequence[str]) -> list[list[int]]:
 def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarray:
     """Where (n,) the variants stand along it: by the first key that is varied, by its texts, or one after the other."""
     if paths and result[paths[0]].dtype.kind == "f":
-        x_scale, x_unit = printed_unit(result, paths[0])
-        axis.set_xlabel(label(result, paths[0], x_unit))
-        x = np.asarray(x_scale * result[paths[0]].values)
+        x, name = printed(result, paths[0])
+        axis.set_xlabel(name)
         if (np.round(x) == x).all():
             axis.locator_params(axis="x", integer=True)
         return x
@@ -146,6 +140,6 @@ def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarra
     places = list(dict.fromkeys(texts))
     axis.set_xlim(-0.5, len(places) - 0.5)
     axis.set_xlabel(_titles(result, paths)[0] if paths else "variant")
-    if len(places) <= _MOST_TOLD:
+    if len(places) <= _MOST_WRITTEN:
         axis.set_xticks(range(len(places)), ["\n".join(wrapped(t, max(_WORDS // len(places) - _APART, 5))) for t in places])
     return np.array([places.index(text) for text in texts], float)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from wucht.plots.marks import draw_classes
 from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.stability_lines import meeting
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import with_unit
@@ -22,6 +23,8 @@ from wucht.studies.entrainment.report import band_in_words
 _MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]
 _OTHERS: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that which the question is about
+
+_ORBIT: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerfacecolor": "white", "zorder": 4}
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -78,22 +81,18 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
             if np.isfinite(y).any():
                 kind = "others" if other else "averaged" if body else "averaged equations"
                 title = f"{body}{kind}, {'stable' if stable else 'unstable'}"
-                style = _OTHERS if other else line_style(i) | {"linewidth": 1.3}
-                label_once = None if title in titles else title
-                axis.plot(x, scale * y, **style | {"linestyle": "-" if stable else "--", "label": label_once})
+                look = (_OTHERS if other else line_style(i) | {"linewidth": 1.3}) | {"linestyle": "-" if stable else "--"}
+                axis.plot(x, scale * y, label=None if title in titles else title, **look)
                 titles.add(title)
         if result.sizes["orbit"]:
             # the averaged equations are an approximation: marks that lie beside their lines show its error
-            axis.plot(
-                result.orbit_value, scale * _wrapped(result.orbit_phase.sel(body=name).values, top), "o", color=COLOURS[6],
-                markersize=3.5, markerfacecolor="white", label=f"{body}full{'' if body else ' equations'}, periodic", zorder=4,
-            )  # fmt: skip
+            orbits = scale * _wrapped(result.orbit_phase.sel(body=name).values, top)
+            axis.plot(result.orbit_value, orbits, "o", label=f"{body}full{'' if body else ' equations'}, periodic", **_ORBIT)
     to = " to the vibration" if shaken and len(names) == 1 else ""
     axis.set_ylabel(with_unit(f"phase{to}", "°" if dimensional else ""))
-    high = scale * top
-    axis.set_ylim(high - turn, high)
+    axis.set_ylim(scale * top - turn, scale * top)
     if dimensional:
-        axis.set_yticks(np.arange(high - turn, high + 1, turn / 8))
+        axis.set_yticks(np.arange(scale * top - turn, scale * top + 1, turn / 8))
 
 
 def _top(result: xr.Dataset, own: int | None) -> float:
@@ -111,8 +110,8 @@ def _wrapped(phases: np.ndarray, top: float) -> np.ndarray:
 def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: float) -> tuple[np.ndarray, np.ndarray]:
     """The stable or unstable part of a branch in its order, with gaps elsewhere; a phase that wraps goes to the border."""
     chosen = stable == wanted
-    if not wanted:  # so that the two kinds of line meet
-        chosen = chosen | np.concatenate([[False], chosen[:-1]]) | np.concatenate([chosen[1:], [False]])
+    if not wanted:  # so that the two kinds of line meet, at both ends
+        chosen = meeting(chosen) | meeting(chosen[::-1])[::-1]
     k = np.flatnonzero(np.abs(np.diff(y)) > math.pi) + 1  # the points after a wrap
     upward = y[k - 1] > y[k]
     leaving, entering = np.where(upward, top, top - 2 * math.pi), np.where(upward, top - 2 * math.pi, top)
