@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Sequence
+from inspect import cleandoc
 from typing import Any
 
 from wucht.cams.drive import followers, laws, linkages
@@ -125,5 +125,5 @@ def _first(cls: type[Any]) -> str:
 
 def _prose(cls: type[Any]) -> list[str]:
     """The docstring of a class as paragraphs of Markdown."""
-    paragraphs = re.split(r"\n\s*\n", (cls.__doc__ or "").strip())
+    paragraphs = cleandoc(cls.__doc__ or "").split("\n\n")
     return "\n\n".join(" ".join(p.split()).replace("``", "`") for p in paragraphs).splitlines()

@@ -22,8 +22,9 @@ from wucht.schema.checking import (
     refuse_unknown,
     table,
     text,
+    unit_of,
 )
-from wucht.schema.fields import Described, Parameter, in_words, si, unit_of
+from wucht.schema.fields import Described, Parameter, in_words, si
 from wucht.schema.keys import Key, keys_of
 from wucht.schema.units import LARGEST, SMALLEST, Unit, article
 

@@ -40,6 +40,14 @@ def fields_of(cls: type[BaseModel], given: bool = False) -> dict[str, FieldInfo]
     return {f.alias or name: f for name, f in cls.model_fields.items() if not (given and f.exclude)}
 
 
+def unit_of(field: FieldInfo | None) -> Unit | None:
+    """The unit of a field made by ``si``; None for other fields, and where there is none."""
+    extra = field.json_schema_extra if field else None
+    if field is None or not isinstance(extra, dict) or "unit" not in extra:
+        return None
+    return Unit(str(extra["unit"]), field.title or "", str(extra["symbol"]))
+
+
 def checked(cls: type[ModelT], document: Mapping[str, Any], where: str) -> ModelT:
     """Build a pydantic model. Raises ``InputError`` with the first thing that is wrong."""
     refuse_unknown(document, fields_of(cls, given=True), where)
@@ -112,8 +120,8 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
     at = f"{where}.{key}" if where and key else where or key
     fields = fields_of(cls)
     field = fields.get(key, FieldInfo())
-    extra = field.json_schema_extra
-    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    quantity = unit_of(field)
+    unit = quantity.si if quantity else ""
     what, in_unit = field.title or field.description or key, f" in {unit}" if unit else ""
     if kind == "missing":
         return InputError(at, None, f"this key is missing; needed is the {what}{in_unit}", code=kind)

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema
 
-from wucht.schema.checking import checked, fields_of
-from wucht.schema.units import Unit
+from wucht.schema.checking import checked, fields_of, unit_of
 
 
 def si(
@@ -27,15 +26,6 @@ def si(
     return Field(
         default, alias=alias, title=what, description=help or what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits
     )
-
-
-def unit_of(cls: type[BaseModel], name: str) -> Unit | None:
-    """The unit of a field made by ``si``, None for other fields."""
-    field = cls.model_fields[name]
-    extra = field.json_schema_extra
-    if not isinstance(extra, dict) or "unit" not in extra:
-        return None
-    return Unit(str(extra["unit"]), field.title or name, str(extra["symbol"]))
 
 
 @dataclass(frozen=True)
@@ -127,10 +117,11 @@ class Described(BaseModel, metaclass=_Located):
     @field_validator("*", mode="before")
     @classmethod
     def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
-        unit = unit_of(cls, info.field_name) if info.field_name else None
+        field = cls.model_fields[str(info.field_name)]
+        unit = unit_of(field)
         if unit is None or given is None:
             return given
-        positive = any(getattr(limit, "gt", None) == 0 for limit in cls.model_fields[str(info.field_name)].metadata)
+        positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)
         read = unit.positive if positive else unit.parse
         return [read(g) for g in given] if isinstance(given, list | tuple) else read(given)
 
@@ -148,7 +139,7 @@ class Described(BaseModel, metaclass=_Located):
         """
         parameters: list[Parameter] = []
         for name, described in type(self).model_fields.items():
-            unit, value = unit_of(type(self), name), getattr(self, name)
+            unit, value = unit_of(described), getattr(self, name)
             key = f"{path}.{described.alias or name}".removeprefix(".")
             if isinstance(value, Described):
                 parameters += value.parameters_at(key)

@@ -104,7 +104,7 @@ class Spec(Described):
     def _quantities(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, Any, Unit]]:
         """Where each quantity of a table stands, what is written there, and its unit."""
         for key, given in table.items():
-            unit = unit_of(cls, key) if key in cls.model_fields else None
+            unit = unit_of(cls.model_fields.get(key))
             if unit is not None and isinstance(given, list | tuple):
                 yield from ((f"study.{key}[{i}]", one, unit) for i, one in enumerate(given))
             elif unit is not None:

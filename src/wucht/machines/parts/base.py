@@ -15,9 +15,9 @@ from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
 from wucht.mechanics.energies import Applied, Energies, OwnState
 from wucht.mechanics.lagrange import Coordinate
-from wucht.schema import Described, Parameter, si, unit_of
+from wucht.schema import Described, Parameter, si
 
-__all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si", "unit_of"]
+__all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si"]
 
 
 class Part(Described, ABC):

@@ -23,7 +23,7 @@ class Slider(Body):
     angle: float = si("rad", "angle of the guide", "a", 0.0, help="angle of the guide in the frame of the body that has it")
     radius: float = si("m", "radius", "R", ge=0, help="radius at which the spring is free of force")
     stiffness: float = si("N/m", "stiffness", "c", gt=0, help="stiffness of its spring")
-    damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="viscous damping in the guide")
+    damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="damping of the damper beside the spring")
 
     def turns(self) -> bool:
         """It has a displacement, not an angle."""

@@ -68,7 +68,7 @@ def _key(asked: StudyFile, path: str, dimensionless: bool) -> VariedKey:
         return VariedKey(path, state.what, state.unit.si)
     if path.startswith(_QUESTION):
         name = path.removeprefix(_QUESTION)
-        unit = unit_of(type(asked.spec), name) if name in type(asked.spec).model_fields else None
+        unit = unit_of(type(asked.spec).model_fields.get(name))
         words = "study" if name == "kind" else name.replace("_", " ").replace(".", " ")
         return VariedKey(path, words, None if unit is None else "" if dimensionless else unit.si)
     known: Any = getattr(asked.subject, "parameters", {})
