@@ -53,7 +53,7 @@ def test_units_defaults_and_limits_stand_there(reference: dict[str, str]) -> Non
     assert "| `length` | distance of the centre of mass from the axis or pivot | m | **needed** | number > 0 |" in pendulum
     assert "body that it turns about | N m s | `0.0` | number >= 0 |" in pendulum
     assert "| `tolerance` | tolerance of the integration |  | `1e-12` | number >= 1e-16, <= 0.01 |" in run_up
-    assert '| `model` | equations: the `"full"` ones' in run_up
+    assert '| `model` | equations: `"full"`, averaged' in run_up
     assert "| `woehler.k` | slope of the Woehler line |" in reference["studies/load-spectrum.md"]
 
 

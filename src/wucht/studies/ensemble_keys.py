@@ -21,9 +21,7 @@ class EnsembleSpec(common.Spec):
     tiled: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
-    start: common.Start = Field(
-        default_factory=dict, description="initial state with which all begin, but for what is varied of it"
-    )
+    start: common.Start = Field(default_factory=dict, description="initial state of all, but for what is varied of it")
     model: Literal["full", "slow"] = Field("full", description='the `"full"` equations or the averaged ones (`"slow"`)')
     inertia: common.Inertia | None = None
     order: common.Order = 1

@@ -22,19 +22,13 @@ class SingleRun(common.Spec):
     horizon: ClassVar[tuple[str, ...]] = _ENDS
     from_start: ClassVar[bool] = True
 
-    until: float | None = si(
-        "s", "time", default=None, gt=0, help="time at which the run ends; or give `turns`, or `settled`, the default"
-    )
-    turns: float | None = si(
-        "", "number of turns", default=None, gt=0, help="number of turns of the main rotor at which the run ends"
-    )
+    until: float | None = si("s", "time", default=None, gt=0, help="end of the run; or `turns`, or `settled`, the default")
+    turns: float | None = si("", "number of turns", default=None, gt=0, help="turns of the main rotor until the end of the run")
     settled: common.TrueOrFalse | None = Field(
         None, description="whether the run ends when the machine has settled, the default without a time or turns"
     )
     start: common.Start = Field(default_factory=dict)
-    model: Literal["full", "slow", "both"] = Field(
-        "full", description='equations: the `"full"` ones, the averaged ones (`"slow"`), or `"both"`'
-    )
+    model: Literal["full", "slow", "both"] = Field("full", description='equations: `"full"`, averaged (`"slow"`), or `"both"`')
     inertia: common.Inertia | None = None
     order: common.Order = 1
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE

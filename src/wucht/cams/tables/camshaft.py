@@ -161,9 +161,7 @@ class ShaftTable(Described):
     output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
         "moment of inertia of what moves with the output, where that turns"
     ))  # fmt: skip
-    output_mass: float | None = si(
-        "kg", "mass of the output", default=None, ge=0, help="mass of what moves with the output, where that slides"
-    )
+    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of an output that slides")
     mean_speed: float | None = si("rad/s", "mean speed", default=None, gt=0, help=(
         "mean speed: instead of a drive, that of the eigenmotion; with one, where it is expected"
     ))  # fmt: skip

@@ -29,13 +29,9 @@ _FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-accelerati
 class RestrictionTable(Described):
     """What a derivative by the cam angle must be at an angle, on an arc, or (without either) everywhere."""
 
-    of: Literal["position", "velocity", "acceleration", "jerk"] = Field(
-        "position", description="which derivative by the cam angle is restricted"
-    )
+    of: Literal["position", "velocity", "acceleration", "jerk"] = Field("position", description="derivative by the cam angle")
     at: float | None = si("rad", "cam angle", default=None, help="cam angle at which it holds")
-    on: tuple[float, float] | None = si(
-        "rad", "arc of the cam angle", default=None, help="arc of the cam angle on which it holds, `[begin, end]`"
-    )
+    on: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, help="arc on which it holds")
     equals: Position | None = Field(None, title="value", description="value that it must have")
     min: Position | None = Field(None, title="least value", description="least value that it may have")
     max: Position | None = Field(None, title="greatest value", description="greatest value that it may have")
@@ -89,12 +85,8 @@ class Coefficients(Described):
     """A series that is known: mean + sum of cosine_k cos k phi + sine_k sin k phi, the first harmonic first."""
 
     mean: Position = Field(0.0, title="mean value", description="mean value of the motion")
-    cosine: tuple[Position, ...] = Field(
-        (), title="cosine coefficients", description="coefficients of the cosines, the first harmonic first"
-    )
-    sine: tuple[Position, ...] = Field(
-        (), title="sine coefficients", description="coefficients of the sines, the first harmonic first"
-    )
+    cosine: tuple[Position, ...] = Field((), title="cosine coefficients", description="cosines, the first harmonic first")
+    sine: tuple[Position, ...] = Field((), title="sine coefficients", description="sines, the first harmonic first")
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
@@ -129,9 +121,7 @@ class HarmonicTable(LawTable):
         (), title="restrictions", description="what the motion must be at angles or on arcs, tables: `[[law.restrictions]]`"
     )
     caps: tuple[CapTable, ...] = Field((), description="largest amplitudes of harmonics")
-    resonance: Resonance | None = Field(
-        None, description="resonance of the output, near which orders weigh more, a table: `[law.resonance]`"
-    )
+    resonance: Resonance | None = Field(None, description="resonance near which orders weigh more, a table: `[law.resonance]`")
     coefficients: Coefficients | None = Field(
         None, description="coefficients of a motion that is known, instead of restrictions, a table: `[law.coefficients]`"
     )

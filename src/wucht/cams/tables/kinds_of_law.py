@@ -27,9 +27,7 @@ class RiseTable(LawTable):
     """A law that rises by a stroke, rests, and returns."""
 
     stroke: Position = Field(title="stroke", description="stroke of the output between its two rests")
-    rise: tuple[float, float] = si(
-        "rad", "arc of the cam angle", help="arc of the cam angle on which the output rises, `[begin, end]`"
-    )
+    rise: tuple[float, float] = si("rad", "arc of the cam angle", help="arc on which the output rises, [begin, end]")
     back: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, alias="return", help=(
         "arc of the cam angle on which the output returns, `[begin, end]`"
     ))  # fmt: skip

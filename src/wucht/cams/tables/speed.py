@@ -24,16 +24,12 @@ class SpeedTable(Described):
     cosine: tuple[float, ...] | None = si(
         "rad/s", "cosine coefficient", default=None, help="coefficients of the cosines of the speed, order 1 first"
     )
-    sine: tuple[float, ...] | None = si(
-        "rad/s", "sine coefficient", default=None, help="coefficients of the sines of the speed, order 1 first"
-    )
+    sine: tuple[float, ...] | None = si("rad/s", "sine coefficient", default=None, help="sines of the speed, order 1 first")
     over: Literal["time", "angle"] = Field(
         "time", description="what the orders are over: the time of a turn, or its angle, as order tracking gives them"
     )
     period: float | None = si("s", "time of a turn", default=None, gt=0, help="time of a turn, to check the mean")
-    file: str | None = Field(
-        None, title="file of the record", description="file of a record of the speed, the angle or the pulses of an encoder"
-    )
+    file: str | None = Field(None, title="file of the record", description="record of the speed, the angle or encoder pulses")
     column: str | None = Field(None, description="column of the record")
     quantity: Literal["speed", "angle", "pulses"] | None = Field(None, description="what the column is a record of")
     unit: str | None = Field(None, min_length=1, title="unit of the column's numbers", description=(

@@ -11,9 +11,7 @@ from wucht.machines.parts.base import Frame, Part, si
 class Attachment(Part):
     """Something between the carrier and the ground, or on the carrier."""
 
-    name: str = Field(
-        pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name that its parameters and results bear"
-    )
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
     at: tuple[float, float] | None = si("m", "place on the carrier, from its centre of mass", "a", None, help=(
         "place on a carrier that turns, from its centre of mass"
     ))  # fmt: skip

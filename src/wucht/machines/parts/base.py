@@ -84,9 +84,7 @@ class Part(Described, ABC):
 class Body(Part):
     """A body of the machine, on the carrier or on another body (``about``)."""
 
-    name: str = Field(
-        pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name that its parameters and results bear"
-    )
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
     release: Release | None = Field(None, description="release, { time = ... } or { speed = ... }")
 
     @property
@@ -183,9 +181,7 @@ class Drive(OnShaft):
     """A drive acts on one body. Its stator stands on the foundation, or on the carrier, which then feels its reaction."""
 
     group: ClassVar[str] = "drive"
-    stator: Literal["foundation", "carrier"] = Field(
-        "foundation", description="what the stator stands on; a carrier feels its reaction"
-    )
+    stator: Literal["foundation", "carrier"] = Field("foundation", description="base of the stator, which feels its reaction")
     transmission: Transmission | None = Field(
         None, description="gear or belt, { ratio = ..., inertia = ..., efficiency = ... }"
     )

@@ -65,9 +65,7 @@ class Carrier(Support):
     damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None, help=(
         "damping ratio with all bodies on the carrier, from which the damping follows"
     ))  # fmt: skip
-    foundation: Foundation | None = Field(
-        None, description="mass on springs of its own under the carrier's springs of one direction"
-    )
+    foundation: Foundation | None = Field(None, description="mass on springs under the carrier's springs of one direction")
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -18,9 +18,7 @@ class SelfExcited(Drive):
     field_resistance: float = si("ohm", "resistance of the field winding", "R_E", ge=0)
     field_inductance: float = si("H", "inductance of the field winding", "L_E", gt=0)
     motor_constant: float = si("", "motor constant", "k_M", gt=0, help="motor constant k_M: torque over flux and current")
-    sense: Literal[1, -1] = Field(
-        1, description="sense of rotation; -1 is the motor with its field reconnected: it turns backwards"
-    )
+    sense: Literal[1, -1] = Field(1, description="sense of rotation; -1: the field is reconnected, the motor turns backwards")
 
     def circuit(self) -> tuple[sp.Symbol, ...]:
         """U, R_A, R_E, L_E, k_M."""

@@ -29,15 +29,11 @@ class EndStop(AlongLine):
 
     gap: float = si("m", "gap", "s", ge=0, help="gap between the carrier and the spring, counted from `rest`")
     stiffness: float = si("N/m", "stiffness", "c", gt=0, help="stiffness of the spring behind the gap")
-    damping: float | None = si(
-        "N s/m", "damping", "b", None, ge=0, help="viscous damping beside the spring; or give `restitution`"
-    )
+    damping: float | None = si("N s/m", "damping", "b", None, ge=0, help="viscous damping of the stop; or `restitution`")
     restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1, help=(
         "coefficient of restitution: the speed after a contact over that before it"
     ))  # fmt: skip
-    sides: Literal["one", "both"] = Field(
-        "one", description='sides of the stop; `"both"`: against the direction of its line, too'
-    )
+    sides: Literal["one", "both"] = Field("one", description='sides of the stop; `"both"`: against its line, too')
     rest: float = si("m", "displacement along the line at which the gap is measured", "s_0", 0.0, help=(
         "displacement along the line at which the gap is measured: 0 where the carrier's springs are free of force"
     ))  # fmt: skip

@@ -44,9 +44,7 @@ class Induction(Drive):
 
     kind = "induction"
 
-    nameplate: InductionNameplate | None = Field(
-        None, description="what is printed on the motor, from which its circuit follows"
-    )
+    nameplate: InductionNameplate | None = Field(None, description="rated data of the motor, from which its circuit follows")
     voltage: float = si("V", "voltage of a phase", "U_1")
     frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
@@ -63,9 +61,7 @@ class Induction(Drive):
     rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0, help=(
         "frequency at which the reactances hold, by default `frequency`; they grow in proportion to it"
     ))  # fmt: skip
-    sense: Literal[1, -1] = Field(
-        1, description="sense of rotation; -1 is the motor with two phases exchanged: it turns backwards"
-    )
+    sense: Literal[1, -1] = Field(1, description="sense of rotation; -1: two phases are exchanged, the motor turns backwards")
 
     @model_validator(mode="before")
     @classmethod

@@ -25,9 +25,7 @@ class PrescribedMotion(Described):
 
     direction: Literal["x", "y", "r"] = Field(title="direction", description="direction of the motion, r: of the rotation")
     amplitude: float | None = si("m", "amplitude", "x_0", None, help="amplitude of a harmonic motion, in direction r an angle")
-    frequency: float | None = si(
-        "rad/s", "angular frequency", "Omega", None, gt=0, help="angular frequency of a harmonic motion"
-    )
+    frequency: float | None = si("rad/s", "angular frequency", "Omega", None, gt=0, help="frequency of a harmonic motion")
     points: tuple[tuple[float, float], ...] | None = Field(
         None, min_length=4, title="points (time, displacement)", description="points (time, displacement) of a measured motion"
     )

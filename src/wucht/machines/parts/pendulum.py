@@ -19,9 +19,7 @@ class Pendulum(Tracked):
 
     length: float = si("m", "length", "l", gt=0, help="distance of the centre of mass from the axis or pivot")
     inertia: float | None = si("kg m^2", "moment of inertia about its axis of rotation", "J", None, gt=0)
-    damping: float = si(
-        "N m s", "damping", "b", 0.0, ge=0, help="viscous damping between the pendulum and the body that it turns about"
-    )
+    damping: float = si("N m s", "damping", "b", 0.0, ge=0, help="viscous damping to the body that it turns about")
     suspension: tuple[float, float] | None = si("m", "pivot in the frame of the body turned about", "s", None, help=(
         "pivot in the frame of the body turned about, by default its axis"
     ))  # fmt: skip

@@ -61,9 +61,7 @@ class PlanarCarrier(Support):
     damping: float | tuple[float, float] = si(
         "N s/m", "damping", "b", 0.0, help="viscous damping at the centre of mass, one number or a pair [x, y]"
     )
-    rotation_stiffness: float | None = si(
-        "N m", "rotation stiffness", "c_r", None, ge=0, help="stiffness of the springs against rotation"
-    )
+    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0, help="stiffness against rotation")
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0, help="viscous damping of the rotation")
     frequency: float | tuple[float, float] | None = si(
         "rad/s", "natural frequency with all bodies on it", "omega_0", None,

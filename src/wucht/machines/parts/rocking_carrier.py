@@ -31,9 +31,7 @@ class RockingCarrier(Support):
     inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0, help=(
         "moment of inertia about the axis of turning, with the share of rotors that have a couple unbalance"
     ))  # fmt: skip
-    rotation_stiffness: float | None = si(
-        "N m", "rotation stiffness", "c_r", None, ge=0, help="stiffness of the torsion spring"
-    )
+    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0, help="torsion spring's stiffness")
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0, help="viscous damping of the rotation")
     rotation_frequency: float | None = si(
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0

@@ -21,9 +21,7 @@ class Roller(Tracked):
     track_radius: float = si("m", "track radius", "R", gt=0, help="radius of the track on which it rolls")
     radius: float = si("m", "radius", "r", gt=0, help="radius of the ball or roller")
     shape_factor: float = si("", "shape factor (2/5 ball, 1/2 cylinder, 1 tube)", "mu", 0.4, ge=0, le=1)
-    damping: float = si(
-        "N m s", "damping", "beta", 0.0, ge=0, help="viscous damping between the roller and the body that it turns about"
-    )
+    damping: float = si("N m s", "damping", "beta", 0.0, ge=0, help="viscous damping to the body that it turns about")
 
     def check(self) -> None:
         """The roller fits into its track; its diameter is twice its radius."""

@@ -22,9 +22,7 @@ class Support(Part):
 
     gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0, ge=-_STRONGEST, le=_STRONGEST)
     directions: str = Field("xy", description="directions in which the carrier moves")
-    motion: PrescribedMotion | None = Field(
-        None, description="prescribed displacement in one direction, a table: `[machine.carrier.motion]`"
-    )
+    motion: PrescribedMotion | None = Field(None, description="prescribed motion, a table: `[machine.carrier.motion]`")
 
     @property
     def path(self) -> str:

@@ -34,9 +34,7 @@ class SwitchablePendulum(Body):
         "`permanent_unbalance`"
     ))  # fmt: skip
     inertia: float | None = si("kg m^2", "moment of inertia of the frame about the axis", "J", None, gt=0)
-    damping: float = si(
-        "N m s", "damping", "b", 0.0, ge=0, help="viscous damping between the frame and the body that it turns about"
-    )
+    damping: float = si("N m s", "damping", "b", 0.0, ge=0, help="viscous damping to the body that it turns about")
     moving_mass: float = si("kg", "moving mass", "m_s", gt=0, help="mass in the radial guide")
     inner_stop: float = si("m", "radius of the moving mass at the inner stop", "r_i", gt=0)
     outer_stop: float = si("m", "radius of the moving mass at the outer stop", "r_o", gt=0)

@@ -22,9 +22,7 @@ class Contact(Described):
     output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
         "moment of inertia of what turns behind a linkage, in kg m^2"
     ))  # fmt: skip
-    output_mass: float | None = si(
-        "kg", "mass of the output", default=None, ge=0, help="mass of what slides behind a linkage, in kg"
-    )
+    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of what slides behind a linkage")
     preload: Quantity = Field(0.0, title="preload", description=(
         "torque or force (N m or N) with which a spring presses the roller on the cam where the law is zero; of two cams with "
         "which they squeeze the lever"
@@ -76,16 +74,12 @@ class CamContour(Spec):
     speed: float | None = si("rad/s", "speed of the camshaft", default=None, gt=0, help=(
         "speed of the camshaft, for the contact; without it the speed of the table [speed]"
     ))  # fmt: skip
-    contact: Contact | None = Field(
-        None, description="what presses, a table `[study.contact]`; without it nothing is said about forces"
-    )
+    contact: Contact | None = Field(None, description="what presses, a table `[study.contact]`; without it there are no forces")
     permitted: Permitted | None = Field(None, description="what the cam is judged by, a table `[study.permitted]`")
     smallest: Size = Field("base", description=(
         'what is made small when the smallest cam is sought, the base circle ("base") or the largest radius ("blank")'
     ))  # fmt: skip
-    allow_undercut: TrueOrFalse = Field(
-        False, description="whether a contour that the roller cuts away is shown instead of refused"
-    )
+    allow_undercut: TrueOrFalse = Field(False, description="whether a contour that the roller cuts away is shown, not refused")
     corrected: TrueOrFalse = Field(False, description=(
         "whether the cam makes the law over time, on a shaft that turns as the table [speed] says, or without one as is "
         "predicted from the table [shaft]"

@@ -18,9 +18,7 @@ class CamPrediction(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("tau", "speed"), ("tau", "drive_torque"))
     headline: ClassVar[tuple[str, ...]] = ("fluctuation", "mean_power")
 
-    points: Whole = Field(
-        720, ge=16, le=100_000, description="number of points of the time of a turn, and of the cam angle, evenly spaced"
-    )
+    points: Whole = Field(720, ge=16, le=100_000, description="number of points over the time and the cam angle of a turn")
     orders: Whole = Field(20, ge=1, le=200, description=(
         "number of harmonics N of a law that has no end of them: those above are examined, what the law itself has of them "
         "being as clean as it gets"
@@ -28,9 +26,7 @@ class CamPrediction(Spec):
     cuts: Whole = Field(5, ge=0, le=50, description=(
         "number of cams that are tried, cut one after the other, each for the speed measured with the one before"
     ))  # fmt: skip
-    simulate: Whole = Field(
-        20, ge=0, le=1000, description="number of turns of the simulation in time that confirms the prediction, 0 for none"
-    )
+    simulate: Whole = Field(20, ge=0, le=1000, description="number of turns of the confirming simulation in time, 0 for none")
     speeds: Interval | None = si("rad/s", "mean speed", default=None, help=(
         "range of the mean speed over which the vibration in the dwell of an elastic output is shown, by default from half the "
         "mean speed to one and a half times it"

@@ -78,9 +78,7 @@ class CaptureProbability(EnsembleSpec):
         "`uniform = [low, high]`, `normal = [mean, deviation]`, `log-normal = [median, factor]`, "
         "`triangular = [low, mode, high]`; `between = [low, high]` cuts a normal or log-normal one off"
     )
-    points: common.Whole = Field(
-        11, description="number of values of the parameter, evenly spaced, at which the probability is computed"
-    )
+    points: common.Whole = Field(11, description="number of values of the parameter, evenly spaced, with a probability")
     samples: common.Whole = Field(256, description=(
         "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
     ))  # fmt: skip

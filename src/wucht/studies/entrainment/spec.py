@@ -29,9 +29,7 @@ class Entrainment(Spec):
         "would be faster; by default the no-load speed of the main rotor's drive; of two exciters "
         '`"detuning"`; of a rotor without drive the amplitude of the vibration',
     )
-    range: Pair | None = Field(
-        None, description="pair [low, high] of the parameter; by default the band of existence and a margin"
-    )
+    range: Pair | None = Field(None, description="pair [low, high] of it; by default the band of existence and a margin")
     points: Whole = Field(DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
     resolution: Quantity | None = Field(None, description="resolution of the edges, in the parameter's unit")
     start: Start = Field(default_factory=dict)

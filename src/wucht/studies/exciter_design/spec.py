@@ -28,9 +28,7 @@ _LIMITS = {
 class Target(Described):
     """A spectrum that is wanted: amplitude over cumulative cycles."""
 
-    shape: Shape | None = Field(
-        None, title="shape of the spectrum", description="shape of the spectrum: `constant`, `normal` or `straight-line`"
-    )
+    shape: Shape | None = Field(None, title="shape of the spectrum", description="shape of the spectrum, or `exponent`")
     exponent: float | None = si(
         "", "exponent of the shape", default=None, gt=0, help="exponent of another shape, H = H_0^(1 - (S/S_max)^exponent)"
     )
@@ -107,18 +105,14 @@ class ExciterDesign(common.Spec):
         '`"cumulative"`, the largest difference of those shares at equal amplitudes (that of `load-spectrum`); `"damage"`, the '
         "same of the damage that larger amplitudes do, where N goes with S^-slope"
     ))  # fmt: skip
-    start: common.Start = Field(
-        default_factory=dict, description="initial state from which the exciter runs, by default at rest"
-    )
+    start: common.Start = Field(default_factory=dict, description="initial state of the exciter, by default at rest")
     reach: common.Whole = Field(128, description=(
         "random points of the ranges at which the modulated motion is computed; the best of them are the first generation"
     ))  # fmt: skip
     evaluations: common.Whole = Field(320, description="candidates of the search that follows")
     population: common.Whole = Field(16, description="candidates of a generation")
     polish: common.Whole = Field(200, description="evaluations of a local search from the best candidate")
-    candidates: common.Whole = Field(
-        3, description="number of different candidates that are run with the full equations, over `beats` beats"
-    )
+    candidates: common.Whole = Field(3, description="number of candidates that run with the full equations, over `beats` beats")
     beats: common.Whole = Field(40, description="beats that are counted of the full equations")
     corrections: common.Whole = Field(
         2, description="how often the design is corrected by what the full equations give otherwise than the averaged ones"
@@ -127,9 +121,7 @@ class ExciterDesign(common.Spec):
         "spread of all that is varied, half the width relative to its value, for `samples` exciters within tolerances"
     ))  # fmt: skip
     samples: common.Whole = Field(64, description="number of exciters within tolerances, see `spread`")
-    slope: float = si(
-        "", "slope of the Woehler line", default=5.0, gt=0, help='slope of the Woehler line of the metric `"damage"`'
-    )
+    slope: float = si("", "slope of the Woehler line", default=5.0, gt=0, help='slope of the line of the metric `"damage"`')
     seed: common.Whole = Field(1, description="seed of the random points and of the search")
     inertia: common.Inertia = Field(True, description="whether the averaged equations keep the bodies' inertia")
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE

@@ -50,9 +50,7 @@ class Sensor(Described):
     change: float | None = si("rad/s", "change of speed that is to be seen soonest", default=None, gt=0, help=(
         "change of speed that is to be noticed soonest; by default the standard deviation of the readings, beating included"
     ))  # fmt: skip
-    seed: Whole = Field(
-        0, ge=0, title="seed of the noise that is shown", description="seed of the noise in the readings that are shown"
-    )
+    seed: Whole = Field(0, ge=0, title="seed of the noise that is shown", description="seed of the noise in shown readings")
 
 
 def _table_of(cls: type[T], where: str, example: str) -> BeforeValidator:
@@ -86,9 +84,7 @@ class FailureDetection(Spec):
     failure: Annotated[Failure | None, _FAILURE] = Field(
         None, description="failure by the damage of a load, a table `[study.failure]`; without it by a schedule of the machine"
     )
-    sensor: Annotated[Sensor, _SENSOR] = Field(
-        title="sensor of the speed", description="sensor of the speed, a table `[study.sensor]`"
-    )
+    sensor: Annotated[Sensor, _SENSOR] = Field(title="sensor of the speed", description="sensor of the speed: `[study.sensor]`")
     after: float | None = si("s", "time from which on the speed is taken", default=None, ge=0, help=(
         "time from which on the speed before the failure is taken; by default the second half of the time before it"
     ))  # fmt: skip

@@ -76,9 +76,7 @@ class OptimiseBalancer(EnsembleSpec):
         "unbalance of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by "
         "default that of the machine"
     ))  # fmt: skip
-    samples: common.Whole = Field(
-        16, description="number of runs of a candidate, from the same random phases of the balancing bodies for all"
-    )
+    samples: common.Whole = Field(16, description="number of runs of a candidate, from the same random phases for all")
     evaluations: common.Whole = Field(192, description="number of candidates in all")
     population: common.Whole = Field(16, description="number of candidates of each generation")
     points: common.Whole = Field(12, description=(

@@ -38,16 +38,12 @@ class OrbitBranch(Spec):
     ))  # fmt: skip
     start: Start = Field(default_factory=dict)
     until: float | None = si("s", "time", default=None, gt=0, help="how long such a run may take")
-    values: Values | None = Field(
-        None, description="values at which orbits are reported with exact exponents; by default ten along each branch"
-    )
+    values: Values | None = Field(None, description="values with orbits and exact exponents; by default ten along each branch")
     longest: float | None = si("s", "period", default=None, gt=0, help=(
         "period up to which a branch is followed; by default twenty times that of the first orbit"
     ))  # fmt: skip
-    switch: TrueOrFalse = Field(
-        False, description="whether other branches are followed from branch points and period doublings"
-    )
-    together: TrueOrFalse = Field(False, description="whether balancing bodies that are equal keep equal phases")
+    switch: TrueOrFalse = Field(False, description="whether branches from branch points and period doublings are followed")
+    together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases")
     show: str | None = Field(None, description="state of a system that is drawn")
     ranges: Ranges | None = None
     inertia: Inertia | None = Field(None, description=(

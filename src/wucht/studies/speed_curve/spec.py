@@ -35,9 +35,7 @@ class SpeedCurve(Spec):
     ))  # fmt: skip
     only: Names | None = None
     second: Path | None = Field(None, description="path of another parameter; with `second_values` or `second_range`")
-    second_values: Values | None = Field(
-        None, description="values of the second parameter, the branches of each of which are drawn in one figure"
-    )
+    second_values: Values | None = Field(None, description="values of the second parameter, whose branches share one figure")
     second_range: Pair | None = Field(None, description=(
         "pair [low, high] of the second parameter, over which the curves of folds and Hopf points in both parameters are "
         "followed"

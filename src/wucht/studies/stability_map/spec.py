@@ -37,9 +37,7 @@ class StabilityMap(Spec):
         "number of cells a side, in whose centres it is determined which motions there are; by default 12, with `eliminate` 6"
     ))  # fmt: skip
     orbits: TrueOrFalse = Field(True, description="whether modulated motions are sought, too")
-    together: TrueOrFalse = Field(
-        False, description="whether balancing bodies that are equal keep equal phases, in the modulated motion"
-    )
+    together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases in modulated motion")
     only: Names | None = None
     ranges: Ranges | None = None
     inertia: Inertia | None = Field(None, description=(

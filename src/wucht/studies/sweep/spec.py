@@ -31,8 +31,6 @@ class Sweep(Spec):
     start: Start = Field(default_factory=dict, description=(
         "initial state; the machine starts there with the parameter at its first value, and settles"
     ))  # fmt: skip
-    jump_tolerance: float = Field(
-        JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values at which it jumps"
-    )
+    jump_tolerance: float = Field(JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps")
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
