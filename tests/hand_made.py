@@ -6,8 +6,10 @@ import json
 from typing import Any
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from wucht.results.conventions import summary_of
+from wucht.studies.runner import draw
 
 
 def with_answer(result: xr.Dataset, **answer: Any) -> xr.Dataset:
@@ -18,6 +20,11 @@ def with_answer(result: xr.Dataset, **answer: Any) -> xr.Dataset:
 def titled(result: xr.Dataset, dimensionless: bool = False) -> xr.Dataset:
     """What the runner adds to the Dataset of a study, as far as reports and figures need it."""
     return result.assign_attrs(title="A machine", dimensionless=int(dimensionless))
+
+
+def drawn(kind: str, result: xr.Dataset) -> Figure:
+    """The figure of such a result, arranged on its page."""
+    return draw(result.assign_attrs(study=kind, contents="[]"))
 
 
 def warnings_of(result: xr.Dataset) -> list[str]:

@@ -1,0 +1,265 @@
+"""Findings of ``speed-curve`` that are made by hand: families that are stable in part, gaps, many values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+import xarray as xr
+from tests.hand_made import drawn, titled, warnings_of, with_answer
+
+from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.second_parameter import BifurcationCurve
+from wucht.dynamics.branches.steady_states import Kind
+from wucht.files.own_equations import OwnEquations
+from wucht.results.conventions import summary_of
+from wucht.results.style import COLOURS, GREY
+from wucht.studies.registry import study_of
+from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.system import System
+
+STUDY = study_of("speed-curve")
+X, MU, SHIFT = sp.symbols("x mu shift", real=True)
+OWN = OwnEquations(System((X,), (MU + SHIFT - X,), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
+ASKED: dict[str, Any] = {"along": "mu", "range": [1.0, 10.0], "ranges": {"x": [-2, 22]}}
+SEARCHED = SearchedValue(5.0, None, 1, True, "as by hand")
+
+
+def plan(**asked: Any) -> Any:
+    return STUDY.prepare(SpeedCurve(**ASKED | asked), OWN)
+
+
+def branch(low: float, high: float, *shares: float, **other: Any) -> EquilibriumBranch:
+    """Ten points; x is twice the parameter."""
+    values = np.linspace(low, high, 10)
+    exponents = np.full((1, 10), -1.0, complex)
+    made = EquilibriumBranch(np.stack([2 * values, values]), exponents, ("",) * 10, ("the range ends", "it is closed"))
+    return replace(made, stable_share=shares, **{"dimension": 1 if shares else 0} | other)
+
+
+def result(*branches: EquilibriumBranch, of: Any = None, dimensionless: bool = True, **other: Any) -> xr.Dataset:
+    found = BranchFindings((SEARCHED,), branches, complete=True)
+    return titled(STUDY.dataset(of or plan(), replace(found, **other)), dimensionless)
+
+
+SOME = (0.0,) * 3 + (0.25, 0.5, 0.75, 0.875) + (1.0,) * 3
+NEVER_ALL = (0.0,) * 5 + (0.25, 0.5, 0.5, 0.5, 0.125)
+
+
+# --- sentences and warnings ---
+
+
+def test_sentences() -> None:
+    unstable = branch(1.0, 10.0, exponents=np.full((1, 10), 1.0, complex))
+    words = {
+        "one branch of steady states, stable somewhere; no special point": (branch(1, 10),),
+        "one branch of steady states, nowhere stable; no special point": (unstable,),
+        "2 branches of steady states, 1 of them stable somewhere; no special point": (branch(1, 10), unstable),
+        "2 branches of steady states, none of them stable anywhere; no special point": (unstable, unstable),
+        "one branch of steady states, stable somewhere, one family with members that are stable and others that are not; "
+        "no special point": (branch(1, 10, *SOME),),
+        "2 branches of steady states, none of them stable with all members, 2 families with members that are stable and others "
+        "that are not; no special point": (branch(1, 10, *NEVER_ALL), branch(1, 9, *NEVER_ALL)),
+    }  # fmt: skip
+    for sentence, branches in words.items():
+        assert summary_of(result(*branches))["sentence"] == sentence
+    assert summary_of(result())["sentence"] == "no steady states were found, between mu = 1 and 10"
+    interrupted = result(complete=False)
+    assert summary_of(interrupted)["sentence"] == "the study was interrupted before a branch was found"
+    assert warnings_of(interrupted)[-1] == "0 branches are followed; the search is not finished"
+    assert warnings_of(result(branch(1, 10), complete=False))[-1] == "one branch is followed; the search is not finished"
+
+
+def test_warnings() -> None:
+    lost = tuple(f"lost {k}" for k in range(5))
+    assert warnings_of(result(lost=lost)) == ["lost 0", "lost 1", "lost 2", "so are 2 more states"]
+    assert warnings_of(result(lost=lost[:3])) == list(lost[:3])
+    changing = replace(branch(1.0, 10.0), exponents=np.array([[-1.0] * 4 + [1.0] * 3 + [-1.0] * 3], complex))
+    where = "between mu = 4 and 5, and at 1 more places"
+    assert warnings_of(result(branch(1, 10), changing)) == [
+        f"on branch 2 stability changes {where}: no fold, Hopf or branch point was located there"
+    ]
+    once = replace(changing, exponents=np.array([[-1.0] * 4 + [1.0] * 6], complex))
+    assert warnings_of(result(once))[0].startswith("on branch 1 stability changes between mu = 4 and 5: no fold")
+    families = warnings_of(result(branch(1, 10, *(1.0,) * 10), branch(1, 9, *(1.0,) * 10, dimension=2)))
+    assert families == [
+        "the states in which the unbalances compensate form families of dimension 1 and 2: one member stands for each where a "
+        "state is shown; its exponents are those transverse to the family"
+    ]
+    partly = warnings_of(result(branch(1, 10, *SOME)))
+    assert partly[-1].startswith("of a family ") and partly[-1].endswith("the limits of rare members may lie farther out")
+
+
+# --- the report ---
+
+
+def lines(made: xr.Dataset) -> list[str]:
+    told: list[str] = STUDY.report(made)
+    return told
+
+
+def test_the_lines_of_families() -> None:
+    some = lines(result(branch(1, 10, *SOME)))[2]
+    assert some == (
+        "  branch 1     steady states (family of dimension 1), from 1 to 10: all members stable at mu from 8 to 10 (16 to 20); "
+        "some members stable and others not from 4 to 7 (8 to 14), 25.0 to 87.5 % of them"
+    )
+    never = lines(result(branch(10, 1, *NEVER_ALL)))[2]
+    assert never == (
+        "  branch 1     steady states (family of dimension 1), from 1 to 10: nowhere all members stable; some members stable "
+        "and others not from 1 to 5 (2 to 10), 12.5 to 25.0 % of them"
+    )
+    none = lines(result(branch(1, 10, *(0.0,) * 10)))[2]
+    assert none == "  branch 1     steady states (family of dimension 1), from 1 to 10: nowhere stable"
+    isolated = lines(result(branch(1, 10, ends=("it stops", "it stops"))))
+    assert isolated[2:] == [
+        "  branch 1     steady states, from 1 to 10: stable at mu from 1 to 10 (2 to 20)",
+        "               its end: it stops",
+        "  complete     yes at one value of mu: as by hand; what lies between these alone may be missing",
+    ]
+    assert lines(result(branch(1, 10), searched=()))[-1].startswith("  branch 1")
+
+
+def test_the_state_as_it_is_of_a_family_may_be_stable_in_part() -> None:
+    u, exponents = np.array([10.0, 5.0]), np.array([-1.0 + 0j])
+    found = {share: NominalState(u, exponents, 0, share) for share in (None, 0.0, 0.125, 1.0)}
+    told = {share: lines(result(branch(1, 10, *SOME), nominal=(one,)))[-2] for share, one in found.items()}
+    assert told == {
+        None: "  stable       at mu = 5: steady, x = 10",
+        0.0: "  unstable     at mu = 5: steady, x = 10",
+        0.125: "  partly       at mu = 5: steady, x = 10; 12.5 % of the family's members are stable",
+        1.0: "  stable       at mu = 5: steady, x = 10",
+    }
+
+
+POINT = {"mu": 2.5, "speed": 3.0, "amplitude": None, "frequency": None}
+
+
+def test_the_lines_of_special_points_and_of_curves() -> None:
+    made = result(branch(1, 10))
+    points = [POINT | {"kind": "hopf", "frequency": 0.25}, POINT | {"kind": "some-stable", "amplitude": 0.5}]
+    curve = {
+        "of": "hopf", "name": None, "range": [1.0, 2.0], "second_range": [3.0, 4.0],
+        "special_points": [{"kind": "cusp", "mu": 1.25, "shift": 3.5}],
+    }  # fmt: skip
+    curves = [curve, curve | {"of": "fold", "name": "together", "special_points": []}]
+    told = lines(with_answer(made, special_points=points, curves=curves, second="shift", second_unit="N"))
+    assert told[3:8] == [
+        "  hopf         mu = 2.5: x = 3, oscillation with 0.25",
+        "  some-stable  mu = 2.5: x = 3, amplitude 0.5; on one side some members of the family are stable, on the other none",
+        "  curve of Hopf points: mu from 1 to 2, shift from 3 to 4 N",
+        "    cusp             mu = 1.25, shift = 3.5 N",
+        "  curve of folds, together: mu from 1 to 2, shift from 3 to 4 N",
+    ]
+    unit = result(branch(1, 10))
+    unit.special_frequency.attrs["units"] = "rad/s"
+    told = lines(with_answer(unit, special_points=[points[0] | {"shift": 7.0}], second="shift", second_unit="N"))
+    assert told[3] == "  hopf         mu = 2.5, shift = 7 N: x = 3, oscillation with 0.25 rad/s"
+    many = lines(with_answer(made, special_points=[points[0]] * 18))
+    assert many[3:20] == ["  hopf         mu = 2.5: x = 3, oscillation with 0.25"] * 16 + [
+        "  and 2 more special points: see the Dataset"
+    ]
+    assert len(lines(with_answer(made, special_points=[points[0]] * 16))) == len(lines(made)) + 16
+
+
+def test_what_is_drawn_has_its_unit() -> None:
+    made = result(branch(1, 10), dimensionless=False)
+    made.speed.attrs["units"], made.amplitude.attrs["units"] = "kg", "m"
+    told = lines(with_answer(made, special_points=[POINT | {"kind": "fold", "amplitude": 0.5}]))
+    assert told[2].endswith("stable at mu from 1 to 10 (2 kg to 20 kg)")
+    assert told[3] == "  fold         mu = 2.5: x = 3 kg, amplitude 500 mm"
+    speeds = lines(with_answer(made, special_points=[POINT | {"kind": "fold", "amplitude": 0.5}], show=None, inertia=True))
+    assert speeds[3] == "  fold         mu = 2.5: speed 3 rad/s (29 rpm), amplitude 500 mm"
+    assert [line[:15] for line in speeds[-2:]] == ["  stability    ", "  left out     "]
+
+
+# --- the figure ---
+
+
+def second(*values: float) -> xr.Dataset:
+    """Branches at values of the second parameter, each farther up, with a fold."""
+    made = plan(second="shift", second_values=values)
+    kinds = ("",) * 4 + ("fold",) + ("",) * 5
+    branches = []
+    for value in values:
+        one = branch(1, 10, second=value, kinds=kinds)
+        branches.append(replace(one, u=one.u + np.array([[value], [0.0]])))
+    return result(*branches, of=made)
+
+
+def test_values_of_a_second_parameter_are_told_apart() -> None:
+    (axis, *_) = drawn("speed-curve", second(0.5, 2.0)).axes
+    solid = [line for line in axis.lines if line.get_linestyle() == "-"]
+    assert list(dict.fromkeys(line.get_color() for line in solid)) == list(COLOURS[:2])
+    assert [(t.get_text(), t.xy) for t in axis.texts] == [("0.5", (5.0, 10.5)), ("2", (5.0, 12.0))]
+    names = [t.get_text() for t in axis.get_legend().get_texts()]
+    assert names == ["$shift$ = 0.5", "$shift$ = 2", "stable", "fold"]
+    assert " ".join(axis.get_xlabel().split()) == "$\\mu$"
+    assert axis.get_xlim() == (1.0, 10.0) and axis.get_xscale() == "linear"
+
+
+def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:
+    values = [0.5 * k for k in range(9)]
+    (axis, *_) = drawn("speed-curve", second(*values[::-1])).axes
+    solid = [line for line in axis.lines if line.get_linestyle() == "-"]
+    colours = {float(line.get_ydata()[0]) - 2.0: line.get_color() for line in solid if line.get_xdata()[0] == 1.0}
+    assert sorted(colours) == pytest.approx(values)
+    assert colours[0.0] == "#440154" and len(set(colours.values())) == 9
+    assert [t.get_text() for t in axis.texts] == []
+    names = [t.get_text() for t in axis.get_legend().get_texts()]
+    assert names == [*(f"$shift$ = {v}" for v in ("0", "0.5", "1.5", "2", "2.5", "3.5", "4")), "stable", "fold"]
+
+
+def test_a_range_of_two_decades_is_drawn_by_its_logarithm() -> None:
+    for low, scale in ((0.1, "log"), (0.11, "linear")):
+        made = result(branch(low, 10.0), of=plan(range=[low, 10.0]))
+        (axis, *_) = drawn("speed-curve", made).axes
+        assert axis.get_xscale() == scale and axis.get_xlim() == (low, 10.0)
+
+
+def test_few_points_are_joined_by_straight_lines() -> None:
+    short = EquilibriumBranch(
+        np.array([[2.0, 9.0, 4.0], [1.0, 2.0, 10.0]]), np.full((1, 3), -1.0, complex), ("",) * 3, ("the range ends",) * 2
+    )
+    (axis, *_) = drawn("speed-curve", result(short)).axes
+    (line,) = [line for line in axis.lines if line.get_linestyle() == "-"]
+    assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([1.0, 2.0, 10.0], [2.0, 9.0, 4.0])
+
+
+def test_stretches_have_lines_by_what_is_stable() -> None:
+    (axis, *_) = drawn(
+        "speed-curve", result(branch(1, 10, *SOME), nominal=(NominalState(np.array([10.0, 5.0]), np.array([-1.0]), 0),))
+    ).axes
+    shown = [(line.get_linestyle(), float(line.get_xdata()[0]), float(line.get_xdata()[-1])) for line in axis.lines]
+    assert [(a, b) for style, a, b in shown if style == "-"] == [(8.0, 10.0)]
+    assert shown[-1] == (":", 5.0, 5.0)
+    names = [t.get_text() for t in axis.get_legend().get_texts()]
+    assert names == ["stable", "unstable", "some members of\nthe family stable", "as it is:\n$\\mu$ = 5"]
+
+
+def test_curves_in_the_plane_of_two_parameters() -> None:
+    made = plan(second="shift", second_range=[-1.0, 3.0], points=1)
+    u = np.array([[2.0, 3.0, 4.0], [4.0, 5.0, 6.0], [0.0, 0.5, 1.0]])
+    none: dict[str, float] = {}
+    fold = BifurcationCurve("fold", Kind(), u, ("", "cusp", ""), (none,) * 3, ("the range ends",) * 2)
+    hopf = BifurcationCurve("hopf", Kind("together"), u + 1, ("", "", "bogdanov-takens"), (none,) * 3, ("the range ends",) * 2)
+    shown = result(branch(1, 10), of=made, curves=(fold, hopf))
+    sentence = summary_of(shown)["sentence"]
+    assert sentence.endswith("; no special point; 2 curves of them in mu and shift with one cusp, one Bogdanov-Takens point")
+    plane = drawn("speed-curve", shown).axes[-1]
+    expected = [
+        ("folds", "-", [4.0, 5.0, 6.0], [0.0, 0.5, 1.0]),
+        ("Hopf points, together", "--", [5.0, 6.0, 7.0], [1.0, 1.5, 2.0]),
+        ("cusp", "None", [5.0], [0.5]),
+        ("Bogdanov-Takens", "None", [7.0], [2.0]),
+    ]
+    lines = plane.get_lines()
+    assert [
+        (" ".join(a.get_label().split()), a.get_linestyle(), list(a.get_xdata()), list(a.get_ydata())) for a in lines[:4]
+    ] == expected
+    assert lines[1].get_color() == GREY and list(lines[4].get_ydata()) == [0.0, 0.0]
+    assert plane.get_ylabel() == "$shift$" and plane.get_xlim() == (1.0, 10.0)

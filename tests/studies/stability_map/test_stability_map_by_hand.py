@@ -1,0 +1,267 @@
+"""Findings of ``stability-map`` that are made by hand: what runs reach, ends on folds, places that differ."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+import xarray as xr
+from tests.hand_made import drawn, titled, warnings_of
+
+from wucht.dynamics.branches.ending_curves import DOUBLE, RETURNS, EndingCurve, EndingPoint
+from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
+from wucht.dynamics.branches.modulated_motion import ReachedMotions
+from wucht.dynamics.branches.orbit_endings import OrbitEnding
+from wucht.dynamics.branches.second_parameter import BifurcationCurve, Crossing
+from wucht.dynamics.branches.state_map import StateFindings
+from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide, SteadyRow
+from wucht.dynamics.branches.steady_states import Kind
+from wucht.dynamics.work import Work
+from wucht.files.own_equations import OwnEquations
+from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+from wucht.results.conventions import summary_of
+from wucht.studies.registry import study_of
+from wucht.studies.stability_map.spec import StabilityMap
+from wucht.system import System
+
+STUDY = study_of("stability-map")
+X, P, R, S = sp.symbols("x p r s", real=True)
+OWN = OwnEquations(System((X,), (P + R * X - X**3 + S,), (P, R, S)), {"p": 0.0, "r": 1.0, "s": 0.0}, "a cusp")
+ASKED: dict[str, Any] = {
+    "along": "p", "range": [-2.0, 2.0], "second": "r", "second_range": [-1.0, 3.0], "cells": 2, "ranges": {"x": [-2.0, 2.0]},
+}  # fmt: skip
+NONE: Any = None
+
+
+def plan(**asked: Any) -> Any:
+    return STUDY.prepare(StabilityMap(**ASKED | {"orbits": False} | asked), OWN)
+
+
+def rows(*names: tuple[str, ...]) -> tuple[SteadyRow, ...]:
+    """Of two by two places, at r = 0 and 2, p = -1 and 1: what is stable there."""
+    return SteadyRow(0.0, names[:2]), SteadyRow(2.0, names[2:])
+
+
+def of(made: Any, **findings: Any) -> xr.Dataset:
+    same = rows(("a",), ("a",), ("a",), ("a",))
+    return titled(STUDY.dataset(made, StateFindings(**{"rows": same, "complete": True} | findings)), dimensionless=True)
+
+
+def labels(result: xr.Dataset) -> list[str]:
+    """Of the places, row by row."""
+    return [str(v) for v in result.place_label.values]
+
+
+def orbits(second: float, kind: str, low: float, high: float, stable: bool = True) -> OrbitRow:
+    sides = OrbitSide(kind, low, "", NONE, NONE), OrbitSide(RANGE, high, "", NONE, NONE)
+    return OrbitRow(second, sides, np.array([low, high]), np.array([stable, stable]), (), NONE, NONE)
+
+
+def fold(x: float = 0.0, **other: Any) -> BifurcationCurve:
+    """Upright, at a value of p."""
+    u = np.stack([np.zeros(41), np.full(41, x), np.linspace(-1.0, 3.0, 41)])
+    made = BifurcationCurve("fold", Kind(), u, ("",) * 41, ({},) * 41, ("the range ends",) * 2)
+    return replace(made, **other)
+
+
+# --- places ---
+
+
+def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
+    result = of(plan(), rows=rows(("a", "b"), ("a",), ("a",), ("a", "c", "b")))
+    assert labels(result) == ["b", "no other steady state", "no other steady state", "b, c"]
+    assert summary_of(result)["everywhere"] == ["a"]
+    assert list(zip(result.place_x.values, result.place_y.values, strict=True)) == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
+    assert summary_of(result)["sentence"] == (
+        "stable everywhere: a; besides no other steady state in 100 % of the plane; modulated motions were not sought"
+    )
+
+
+def test_runs_tell_of_motions_that_no_branch_has() -> None:
+    reached = (
+        ReachedMotions(-1.0, 0.0, 6, 6, (), 0), ReachedMotions(1.0, 0.0, 6, 5, (NONE,), 0),
+        ReachedMotions(-1.0, 2.0, 6, 4, (), 2), ReachedMotions(1.0, 2.0, 5, 0, (), 0),
+    )  # fmt: skip
+    result = of(plan(), rows=rows(("a",), ("a",), (), ()), reached=reached)
+    assert labels(result) == [
+        "a", "a, modulated motion stable",
+        "a motion that neither rests nor repeats itself, a steady state that was not found", "no other steady state",
+    ]  # fmt: skip
+    assert summary_of(result)["runs"] == 23
+
+
+def test_modulated_motions_of_the_rows() -> None:
+    some = (orbits(0.0, RANGE, -2.0, 0.5), orbits(2.0, RANGE, 0.5, 2.0, stable=False), orbits(2.0, RANGE, 0.75, 1.5))
+    result = of(plan(), orbits=some)
+    assert labels(result) == [
+        "modulated motion stable",
+        "no other steady state",
+        "no other steady state",
+        "modulated motion stable",
+    ]
+    less = of(plan(), orbits=some[:2])
+    assert labels(less)[3] == "modulated motion unstable"
+    assert set(summary_of(result)["boundaries"]) == set()
+
+
+def test_an_extra_place_has_a_row_of_its_own() -> None:
+    extra = (*rows(("a",), ("a",), ("a",), ("a",)), SteadyRow(1.5, (("a", "b"),)))
+    result = of(plan(), rows=extra, extra=((0.25, 1.5),))
+    assert labels(result)[4] == "b" and (float(result.place_x[4]), float(result.place_y[4])) == (0.25, 1.5)
+
+
+# --- parts of folds on which modulated motions end ---
+
+
+ON_FOLD = "modulated motion: saddle-node on it"
+
+
+def on_folds(result: xr.Dataset) -> list[tuple[float, float, float]]:
+    """Of each part p, and r from and to."""
+    parts = [np.array(line) for name, line in summary_of(result)["boundaries"].items() if name.startswith(ON_FOLD)]
+    return [(float(p[0, 0]), float(p[0, 1]), float(p[-1, 1])) for p in parts]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "expected"),
+    [
+        (SADDLE_NODE_ON_ORBIT, 0.0, [(0.0, -1.0, 1.0)]),
+        ("not-identified", 3.9e-4, [(0.0, -1.0, 1.0)]),
+        (SADDLE_NODE_ON_ORBIT, 4.1e-4, []),
+        (SADDLE_CONNECTION, 0.0, []),
+    ],
+)
+def test_the_part_of_a_fold_that_lies_on_a_modulated_motion(kind: str, value: float, expected: list[Any]) -> None:
+    """Half a row beyond the outermost row whose motion ends there."""
+    result = of(plan(), curves=(fold(),), orbits=(orbits(0.0, kind, value, 2.0),))
+    assert on_folds(result) == expected
+    assert ("fold: steady states" in summary_of(result)["boundaries"]) is True
+    both = of(plan(), curves=(fold(),), orbits=(orbits(0.0, kind, value, 2.0), orbits(2.0, kind, value, 2.0)))
+    assert on_folds(both) == [(p, low, 3.0) for p, low, _ in expected]
+
+
+def test_that_part_begins_at_a_crossing_of_folds_below_it() -> None:
+    given = {"curves": (fold(),), "orbits": (orbits(2.0, SADDLE_NODE_ON_ORBIT, 0.0, 2.0),)}
+    assert on_folds(of(plan(), **given)) == [(0.0, 1.0, 3.0)]
+    crossings = tuple(Crossing(0.0, y) for y in (0.5, 1.5, 2.5))
+    result = of(plan(), **given, crossings=crossings)
+    assert on_folds(result) == [(0.0, 1.5, 3.0)]
+    assert [(p["kind"], p["p"], p["r"]) for p in summary_of(result)["points"]] == [
+        (str(result.mark_kind.values[0]), 0.0, y) for y in (0.5, 1.5, 2.5)
+    ]
+
+
+def test_hopf_curves_and_other_folds_are_no_such_parts() -> None:
+    rows_ = (orbits(2.0, SADDLE_NODE_ON_ORBIT, 0.0, 2.0),)
+    assert on_folds(of(plan(), curves=(fold(of="hopf"), fold(1.0)), orbits=rows_)) == []
+
+
+# --- the Dataset and the report ---
+
+
+def test_places_that_say_otherwise_than_their_region() -> None:
+    different = rows(("a", "b"), ("a", "b"), ("a", "b"), ("a",))
+    result = of(plan(), rows=different)
+    (warning,) = warnings_of(result)
+    assert warning == "1 of 4 places say otherwise than their region, such as p = 1, r = 2: no other steady state"
+    assert warnings_of(of(plan(), rows=different, complete=False)) == ["4 places were looked at; the map is not finished"]
+    assert summary_of(result)["against"] == 1
+    assert STUDY.report(result)[-1] == "  checked      3 of 4 places that were looked at one by one agree with the boundaries"
+    runs = of(plan(), rows=different, reached=(ReachedMotions(-1.0, 0.0, 6, 6, (), 0),))
+    assert STUDY.report(runs)[-1].startswith(
+        "  checked      3 of 4 places that were looked at one by one, by 6 runs from several"
+    )
+
+
+def test_what_is_lost_is_listed_in_part() -> None:
+    lost = tuple(f"lost {k}" for k in range(6))
+    assert warnings_of(of(plan(), lost=lost)) == [*lost[:4], "so are 2 more"]
+    assert warnings_of(of(plan(), lost=lost[:4])) == list(lost[:4])
+
+
+def test_before_the_first_place() -> None:
+    result = of(plan(), rows=(), complete=False)
+    assert summary_of(result)["sentence"] == "the study was interrupted before a place was looked at"
+    assert warnings_of(result) == ["0 places were looked at; the map is not finished"]
+
+
+def test_a_small_region_is_drawn_without_its_name() -> None:
+    half = rows(("a", "b"), ("a",), ("a", "b"), ("a",))
+    for at, names in ((0.0, {"b", "no other steady state"}), (1.99, {"b"})):
+        places = replace(STUDY_FINDINGS, rows=half if at == 0.0 else rows(("a", "b"), ("a", "b"), ("a", "b"), ("a", "b")))
+        extra = () if at == 0.0 else ((1.995, 1.0),)
+        more = () if at == 0.0 else (SteadyRow(1.0, (("a",),)),)
+        found = replace(places, rows=(*places.rows, *more), extra=extra, curves=(fold(at),))
+        axis = drawn("stability-map", titled(STUDY.dataset(plan(), found), dimensionless=True)).axes[0]
+        assert {" ".join(t.get_text().split()) for t in axis.texts} == names
+
+
+STUDY_FINDINGS = StateFindings(complete=True)
+
+
+# --- how modulated motions end ---
+
+
+def endings(kinds: list[str], *curves: EndingCurve, **other: Any) -> tuple[Any, xr.Dataset]:
+    """Over p from -2 to 2 and r from -1 to 3, with s from 0 to 1; the case looks at nothing."""
+    asked = {"orbits": True, "eliminate": "s", "eliminate_range": [0.0, 1.0]}
+    cases: list[Any] = []
+
+    def case(subject: Any, plane: Any, cells: int, settings: Any, orbit_settings: Any) -> Any:
+        cases.append((subject, plane, cells))
+        return SimpleNamespace(warnings=("doubtful",), plane=plane, cells=cells, centres=[])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(EndingMapCase, "of", case)
+        made = plan(**asked)
+    ((subject, plane, cells),) = cases
+    assert subject is OWN and cells == 2
+    assert (plane.paths, plane.bounds) == (("s", "p", "r"), ((0.0, 1.0), (-2.0, 2.0), (-1.0, 3.0)))
+    at = [(x, y) for y in (0.0, 2.0) for x in (-1.0, 1.0)]
+    places = tuple(OrbitEnding(x, y, kind, 0.25, 0.75, "") for (x, y), kind in zip(at, kinds, strict=True))
+    found = EndingFindings(**{"places": places, "curves": curves, "complete": False} | other)
+    return made, titled(STUDY.dataset(made, found), dimensionless=True)
+
+
+LINE = EndingCurve(RETURNS, np.zeros(41), np.linspace(-1.0, 3.0, 41), np.linspace(0.25, 0.5, 41))
+
+
+def test_how_modulated_motions_end() -> None:
+    kinds = [SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION] * 2
+    point = EndingPoint(DOUBLE, 0.125, 1.5, 0.375, np.zeros((2, 1)))
+    _, result = endings(kinds, LINE, points=(point, replace(point, y=2.5)))
+    s = summary_of(result)
+    assert s["sentence"] == (
+        "the modulated motion, as s changes: ends at a saddle-node on the orbit in 50 %, ends at a saddle connection in 50 % "
+        "of the plane; the regions meet at p = 0.125, r = 1.5 and at p = 0.125, r = 2.5"
+    )
+    assert (s["eliminate"], s["eliminate_unit"], s["eliminate_range"]) == ("s", "", [0.0, 1.0])
+    assert [p["s"] for p in s["points"]] == [0.375, 0.375]
+    assert list(s["boundary_values"].values()) == [pytest.approx(LINE.value.tolist())]
+    assert warnings_of(result) == ["doubtful", "4 places were looked at; the map is not finished"]
+    assert STUDY.report(result)[2:5] == [
+        "  saddle-node on the orbit | saddle connection: p from 0 to 0, r from -1 to 3",
+        "  two saddle nodes connected: p = 0.125, r = 1.5, s = 0.375",
+        "  two saddle nodes connected: p = 0.125, r = 2.5, s = 0.375",
+    ]
+    assert (result.place_begins.values == 0.25).all() and (result.place_ends.values == 0.75).all()
+
+
+def test_a_curve_with_the_same_on_both_sides_is_no_boundary() -> None:
+    _, result = endings([RANGE] * 4, LINE)
+    assert summary_of(result)["boundaries"] == {}
+    assert (
+        summary_of(result)["sentence"]
+        == "the modulated motion, as s changes: lasts to the end of the range in 100 % of the plane"
+    )
+
+
+def test_its_run_is_that_of_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, _ = endings([RANGE] * 4)
+    work = Work()
+    monkeypatch.setattr("wucht.studies.stability_map.ending_plan.map_endings", lambda case, w: [(case, w)])
+    assert list(STUDY.run(made, work)) == [(made.case, work)]
