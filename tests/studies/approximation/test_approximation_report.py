@@ -47,6 +47,7 @@ def test_reasons_not_to_trust(plan: Any) -> None:
     assert trust(plan, compared()) == (True, [])
     assert trust(plan, compared(slow_outcome="passed")) == (False, ["the full equations end captured, the slow ones passed"])
     assert trust(plan, compared(relative=(math.nan, math.nan))) == (False, ["they share no angle"])
+    assert trust(plan, compared(relative=(math.nan, 0.1)))[0] is False and trust(plan, compared(relative=(0.01, math.nan)))[0]
     apart = ["the speeds of the rotor differ by 5.1 % of the largest", "the amplitudes differ by 26 % of the largest"]
     assert trust(plan, compared(relative=(0.051, 0.26))) == (False, apart)
     assert trust(plan, compared(relative=(0.05, 0.25))) == (True, [])
@@ -118,6 +119,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
 
 def test_the_order_of_an_error_that_is_zero_is_infinite() -> None:
     assert Errors(FACTORS, np.array([1.0, 1.0, 1.0, 0.0]), 1.0).order == math.inf
+    assert Errors(FACTORS, np.array([1.0, 1.0, 0.0, 0.0]), 1.0).order == math.inf
     assert Errors(FACTORS, np.array([9.0, 9.0, 0.8, 0.1]), 1.0).order == pytest.approx(3.0)
 
 

@@ -107,6 +107,9 @@ def test_numbers_over_the_variants_themselves() -> None:
     assert "v0" not in [t.get_text() for t in many.get_xticklabels()] and many.get_xlim() == (-0.5, 8.5)
     (eight,) = shown(comparison(8, final_speed=(list(range(8)), "rad/s"))).axes
     assert [t.get_text() for t in eight.get_xticklabels()] == [f"v{k}" for k in range(8)]
+    words = {"study.model": ([f"abcd {k}" for k in range(8)], "model", "")}
+    (narrow,) = shown(comparison(8, words, final_speed=(list(range(8)), "rad/s"))).axes
+    assert [t.get_text() for t in narrow.get_xticklabels()] == [f"abcd\n{k}" for k in range(8)]
 
 
 def test_groups_are_files_and_values_of_other_keys() -> None:
@@ -146,7 +149,7 @@ def test_many_variants_are_counted() -> None:
 def test_answers_that_are_no_numbers_are_written() -> None:
     (axis,) = shown(comparison(2)).axes
     (text,) = axis.texts
-    assert text.get_text() == "v0: answer 0\nv1: answer 1" and not axis.axison
+    assert text.get_text() == "v0: answer 0\nv1: answer 1" and not axis.axison and not text.get_parse_math()
     heights = []
     for count, last in ((8, "v7: answer 7"), (9, "and 1 more"), (10, "and 2 more")):
         figure = shown(comparison(count))

@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 import xarray as xr
 from tests.hand_made import drawn, titled, warnings_of
+from tests.refusals import refused
 
 from wucht.dynamics.branches.ending_curves import DOUBLE, RETURNS, EndingCurve, EndingPoint
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
@@ -139,6 +140,8 @@ def test_the_part_of_a_fold_that_lies_on_a_modulated_motion(kind: str, value: fl
     """Half a row beyond the outermost row whose motion ends there."""
     result = of(plan(), curves=(fold(),), orbits=(orbits(0.0, kind, value, 2.0),))
     assert on_folds(result) == expected
+    aside = of(plan(), curves=(fold(0.5),), orbits=(orbits(0.0, kind, 0.5 + value, 2.0),))
+    assert on_folds(aside) == [(0.5, low, high) for _, low, high in expected]
     assert ("fold: steady states" in summary_of(result)["boundaries"]) is True
     both = of(plan(), curves=(fold(),), orbits=(orbits(0.0, kind, value, 2.0), orbits(2.0, kind, value, 2.0)))
     assert on_folds(both) == [(p, low, 3.0) for p, low, _ in expected]
@@ -232,12 +235,12 @@ LINE = EndingCurve(RETURNS, np.zeros(41), np.linspace(-1.0, 3.0, 41), np.linspac
 
 def test_how_modulated_motions_end() -> None:
     kinds = [SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION] * 2
-    point = EndingPoint(DOUBLE, 0.125, 1.5, 0.375, np.zeros((2, 1)))
+    point = EndingPoint(DOUBLE, 0.123456789, 1.5, 0.375, np.zeros((2, 1)))
     _, result = endings(kinds, LINE, points=(point, replace(point, y=2.5)))
     s = summary_of(result)
     assert s["sentence"] == (
         "the modulated motion, as s changes: ends at a saddle-node on the orbit in 50 %, ends at a saddle connection in 50 % "
-        "of the plane; the regions meet at p = 0.125, r = 1.5 and at p = 0.125, r = 2.5"
+        "of the plane; the regions meet at p = 0.1234568, r = 1.5 and at p = 0.1234568, r = 2.5"
     )
     assert (s["eliminate"], s["eliminate_unit"], s["eliminate_range"]) == ("s", "", [0.0, 1.0])
     assert [p["s"] for p in s["points"]] == [0.375, 0.375]
@@ -245,8 +248,8 @@ def test_how_modulated_motions_end() -> None:
     assert warnings_of(result) == ["doubtful", "4 places were looked at; the map is not finished"]
     assert STUDY.report(result)[2:5] == [
         "  saddle-node on the orbit | saddle connection: p from 0 to 0, r from -1 to 3",
-        "  two saddle nodes connected: p = 0.125, r = 1.5, s = 0.375",
-        "  two saddle nodes connected: p = 0.125, r = 2.5, s = 0.375",
+        "  two saddle nodes connected: p = 0.1234568, r = 1.5, s = 0.375",
+        "  two saddle nodes connected: p = 0.1234568, r = 2.5, s = 0.375",
     ]
     assert (result.place_begins.values == 0.25).all() and (result.place_ends.values == 0.75).all()
 
@@ -265,3 +268,10 @@ def test_its_run_is_that_of_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
     work = Work()
     monkeypatch.setattr("wucht.studies.stability_map.ending_plan.map_endings", lambda case, w: [(case, w)])
     assert list(STUDY.run(made, work)) == [(made.case, work)]
+
+
+def test_the_third_parameter_is_one_of_the_equations() -> None:
+    with refused("study.eliminate", given="t"):
+        plan(orbits=True, eliminate="t", eliminate_range=[0.0, 1.0])
+    with refused("study.eliminate_range", given=[1.0, 0.0]):
+        plan(orbits=True, eliminate="s", eliminate_range=[1.0, 0.0])
