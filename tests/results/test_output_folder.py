@@ -7,7 +7,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import pytest
 from tests import refusals
 from tests.refusals import failed
 
+from wucht.errors import RunError
 from wucht.results import output_folder
 from wucht.results.output_folder import CHECKSUMS, COMMIT, NEW, SUMMARY, checksum, claimed, commit, latest, note_figure
 
@@ -208,3 +209,88 @@ def test_a_summary_of_others_is_left_alone(tmp_path: Path, own: str) -> None:
     replace_result(tmp_path)
     assert (tmp_path / SUMMARY).read_text() == own
     assert (tmp_path / "run-up.png").is_file()
+
+
+def test_a_folder_in_which_nothing_can_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(output_folder, "FileIO", refuse)
+    with (
+        refusals.refused("-o", "nothing can be written there", "Read-only file system", given=str(tmp_path)),
+        claimed(tmp_path),
+    ):
+        pytest.fail("it cannot be claimed")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+def test_where_there_are_no_locks_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: Any) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(output_folder.fcntl, "flock", none)
+    with claimed(tmp_path):
+        (tmp_path / "result.nc").write_text("")
+    assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="files that are open can be removed")
+def test_a_lock_that_was_removed_meanwhile_is_taken_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the run that had it and has ended: the file of that name is another one then."""
+    lock, opened, real = tmp_path / ".wucht.lock", list[Any](), output_folder._taken
+
+    def taken(file: Any) -> bool:
+        opened.append(file)
+        if len(opened) < 3:
+            lock.unlink()
+        if len(opened) == 2:
+            lock.write_text("of another")
+        return real(file)
+
+    monkeypatch.setattr(output_folder, "_taken", taken)
+    with claimed(tmp_path):
+        assert [file.closed for file in opened] == [True, True, False] and lock.is_file()
+    assert opened[2].closed and not lock.exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="files that are open can be removed")
+def test_a_lock_that_is_removed_again_and_again_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = list[Any]()
+
+    def taken(file: Any) -> bool:
+        opened.append(file)
+        (tmp_path / ".wucht.lock").unlink()
+        return False
+
+    monkeypatch.setattr(output_folder, "_taken", taken)
+    with refusals.refused("-o", "another run is writing a result there"), claimed(tmp_path):
+        pytest.fail("it cannot be claimed")
+    assert len(opened) == 10 and all(file.closed for file in opened)
+
+
+def test_a_result_that_cannot_be_put_in_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    (tmp_path / NEW).mkdir()
+    monkeypatch.setattr(output_folder, "_flush", full)
+    with pytest.raises(RunError) as raised:
+        commit(tmp_path)
+    assert str(raised.value) == f"{tmp_path / NEW} cannot be put in its place: No space left on device"
+    assert (tmp_path / NEW).is_dir() and not (tmp_path / COMMIT).exists()
+
+
+@pytest.mark.parametrize(("number", "matters"), [(errno.EINVAL, False), (errno.ENOTSUP, False), (errno.EIO, True)])
+def test_a_file_system_that_knows_no_flushing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, matters: bool
+) -> None:
+    closed, real = list[int](), output_folder.os.close
+
+    def fail(_: int) -> None:
+        raise OSError(number, "none")
+
+    monkeypatch.setattr(output_folder.os, "fsync", fail)
+    monkeypatch.setattr(output_folder.os, "close", lambda file: closed.append(file) or real(file))
+    with pytest.raises(OSError, match="none") if matters else nullcontext():
+        output_folder._flush(tmp_path)
+    assert len(closed) == 1

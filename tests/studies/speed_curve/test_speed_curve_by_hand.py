@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 import xarray as xr
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 from tests.hand_made import drawn, titled, warnings_of, with_answer
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue
@@ -209,6 +211,7 @@ def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:
     colours = {float(line.get_ydata()[0]) - 2.0: line.get_color() for line in solid if line.get_xdata()[0] == 1.0}
     assert sorted(colours) == pytest.approx(values)
     assert colours[0.0] == "#440154" and len(set(colours.values())) == 9
+    assert colours[4.0] == to_hex(colormaps["viridis"](0.9))
     assert [t.get_text() for t in axis.texts] == []
     names = [t.get_text() for t in axis.get_legend().get_texts()]
     assert names == [*(f"$shift$ = {v}" for v in ("0", "0.5", "1.5", "2", "2.5", "3.5", "4")), "stable", "fold"]
@@ -263,3 +266,12 @@ def test_curves_in_the_plane_of_two_parameters() -> None:
     ] == expected
     assert lines[1].get_color() == GREY and list(lines[4].get_ydata()) == [0.0, 0.0]
     assert plane.get_ylabel() == "$shift$" and plane.get_xlim() == (1.0, 10.0)
+
+
+def test_types_are_written_on_branches_that_have_no_second_value() -> None:
+    typed = branch(1, 10, kind=Kind("together", "II"))
+    (axis, *_) = drawn("speed-curve", result(typed)).axes
+    (written,) = axis.texts
+    assert written.get_text() == "II" and 1.0 < written.xy[0] < 10.0 and written.xy[1] == pytest.approx(2 * written.xy[0])
+    made = result(replace(typed, second=0.5), of=plan(second="shift", second_values=(0.5,)))
+    assert [t.get_text() for t in drawn("speed-curve", made).axes[0].texts] == []
