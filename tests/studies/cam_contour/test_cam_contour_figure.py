@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from tests.hand_made import with_answer
 from tests.refusals import refused
 
 from wucht.studies.cam_contour.spec import CamContour
@@ -151,3 +152,21 @@ def test_every_format_of_the_contour_figure(lever: xr.Dataset, ending: str) -> N
 def test_a_dataset_that_is_no_contour_is_refused(flat: xr.Dataset) -> None:
     with refused("cam-contour", given=None):
         draw(flat.drop_vars("contour_x"))
+
+
+def test_where_a_flat_face_is_touched_and_how_a_linkage_moves(flat: xr.Dataset) -> None:
+    """A shaft that turns on does not turn the face: it is touched at -y for a cam that turns clockwise. The transmission angle
+    is drawn in degrees, to a right angle at most."""
+    angle = np.degrees(flat.cam_angle.values)
+    for clockwise, sense in ((False, -1e3), (True, 1e3)):
+        made = with_answer(flat, clockwise=clockwise)
+        made["transmission_angle"] = made.transmission_angle.copy(data=np.radians(40 + 0.1 * np.arange(len(angle)) % 40))
+        panels = {named(axis): axis for axis in draw(made).axes}
+        (touched,) = [a for a in panels["face touched at y (mm)"].get_lines() if len(a.get_xdata()) == len(angle)]
+        assert np.asarray(touched.get_xdata()) == pytest.approx(angle)
+        assert np.asarray(touched.get_ydata()) == pytest.approx(sense * made.follower_velocity.values)
+        (moved,) = [a for a in panels["transmission angle (\u00b0)"].get_lines() if len(a.get_xdata()) == len(angle)]
+        assert np.asarray(moved.get_xdata()) == pytest.approx(angle)
+        assert np.asarray(moved.get_ydata()) == pytest.approx(np.degrees(made.transmission_angle.values))
+        assert panels["transmission angle (\u00b0)"].get_ylim() == (0, 92)
+    assert "transmission angle (\u00b0)" not in [named(axis) for axis in draw(flat).axes]

@@ -16,10 +16,12 @@ from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.dynamics.work import Work
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_prediction import confirmation as simulation
+from wucht.studies.cam_prediction import summary_of_prediction
 from wucht.studies.cam_prediction.confirmation import confirmation
+from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST
 from wucht.studies.cam_prediction.prepare import prepare
 from wucht.studies.cam_prediction.run import run
-from wucht.studies.cam_prediction.summary_of_prediction import _departs, summary, verdict
+from wucht.studies.cam_prediction.summary_of_prediction import _departs, summary, verdict, warnings
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
 LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)
@@ -203,6 +205,58 @@ def test_what_the_corrected_cam_leaves_is_the_first_thing_said(found):
     label, sentence = said(found, above=0.02)
     assert (label, sentence[:9]) == ("not clean", "NOT CLEAN")
     assert said(found)[0] == "clean"
+
+
+def told(found, failure="", **summary_):
+    """Warnings of findings, with other numbers of the summary."""
+    plan, findings = found
+    findings = replace(findings, failure=failure)
+    return warnings(plan, findings, summary(plan, findings) | summary_)
+
+
+def test_a_large_inertia_ratio_and_cutting_again_are_warned_of(found):
+    cutting = "cutting a cam and measuring again"
+    slow = f"{cutting} converges slowly, each cam leaves 40 % of what the one before left; take the predicted cam"
+    assert told(found, inertia_ratio=0.5, contraction=0.4) == []
+    assert told(found, inertia_ratio=0.51, contraction=0.4) == [f"the inertia ratio J1 max psi'^2/J0 is 0.51: {slow}"]
+    assert told(found, inertia_ratio=1.0, contraction=None) == [
+        f"the inertia ratio J1 max psi'^2/J0 is 1: {cutting} converges slowly; take the predicted cam"
+    ]
+    assert told(found, inertia_ratio=1.01, contraction=None) == [
+        "the inertia ratio J1 max psi'^2/J0 is 1.01: above about 1 cutting a cam and measuring again may diverge; take the "
+        "predicted cam, or a larger flywheel"
+    ]
+    assert told(found, inertia_ratio=0.1, contraction=0.99) == []
+    diverges = [f"{cutting} diverges: the last cam is worse than the one before"]
+    assert told(found, inertia_ratio=0.1, contraction=1.0) == diverges
+    assert told(found, "it burst", inertia_ratio=0.1, contraction=1.5) == ["it burst"]
+
+
+def test_why_a_simulation_departs(found):
+    _, findings = found
+    off = replace(findings.confirmed[1], deviation=2e-3)
+    shaft = SimpleNamespace()
+    with pytest.MonkeyPatch.context() as patch:
+        for share, why in ((2e-6, ", by the orders that the prediction leaves out"), (1e-6, "")):
+            patch.setattr(summary_of_prediction, "unresolved", lambda _, share=share: share)
+            turning = replace(findings.corrected, left=0.5, shaft=shaft)
+            assert _departs(off, turning) == f"departs from the prediction by 0.2 % of the speed{why}"
+            assert _departs(off, replace(turning, left=1.01)).endswith("of the speed: this motion is not stable")
+
+
+def test_a_shaft_that_twists_for_which_there_is_no_cam(found):
+    plan, findings = found
+    s = summary(plan, findings)
+    rigid = {"name": FOR_RIGID_SHAFT, "above": 0.182}
+    label, sentence = verdict(plan, s | {"shaft": [rigid]})
+    assert label == "not clean"
+    assert sentence.endswith(": the cam corrected for a rigid shaft leaves 18.2 % of order 1 in orders above 5")
+    assert verdict(plan, s | {"shaft": []})[1].endswith(
+        ": no periodic motion was found with the cam corrected for a rigid shaft"
+    )
+    both = [rigid, {"name": FOR_TWIST, "above": 2e-6}]
+    assert verdict(plan, s | {"shaft": both})[1].endswith("corrected for the twist too it leaves 0.0002 %")
+    assert verdict(plan, s | {"shaft": [rigid | {"above": s["above"]["law"] + 1e-3}]})[0] == "clean"
 
 
 TWISTS = {"shaft_stiffness": 4e6, "shaft_damping": 1000.0, "cam_inertia": 0.5}

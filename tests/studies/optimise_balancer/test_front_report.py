@@ -1,0 +1,162 @@
+"""The lines of a search for the best balancer, and machines that it cannot vary."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.hand_made import titled
+from tests.refusals import refused
+
+from wucht.files.building import machine_from
+from wucht.machines.machine import Machine
+from wucht.results.conventions import answered
+from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.registry import study_of
+
+STUDY = study_of("optimise-balancer")
+VARIABLES = {"damping": {"unit": "N m s"}}
+
+
+def point(
+    time: float | None, residual: float | None, peak: float | None, captured: float | None, **other: Any
+) -> dict[str, Any]:
+    objectives = {"settling-time": time, "residual": residual, "peak": peak, "capture-probability": captured}
+    common = {"parameters": {"damping": 0.0125}, "bodies": 2, "checked": None, "checked_undecided": 0.0, "undecided": 0.0}
+    return common | {"objectives": objectives, "holds": None} | other
+
+
+OWN = point(10.0, 0.02, 4e-3, 0.5)
+
+
+def lines(*front: dict[str, Any], **other: Any) -> list[str]:
+    summary: dict[str, Any] = {
+        "sentence": "as by hand", "as_it_is": OWN, "unbalance": [0.01, 0.02], "samples": 16, "candidates": 400, "model": "slow",
+        "units": {"residual": "kg m", "settling-time": "s"}, "variables": VARIABLES, "damping": None,
+        "integration": "all at once",
+        "objectives": ["settling-time", "residual", "peak", "capture-probability"], "front": list(front),
+    } | other  # fmt: skip
+    told: list[str] = STUDY.report(titled(answered(xr.Dataset(), summary, "")))
+    assert told[:2] == ["A machine", "verdict: as by hand"] and told[-1] == "  integrated   all at once"
+    return told[2:-1]
+
+
+def test_the_lines_of_a_front() -> None:
+    best = point(5.0, 0.0, 6e-3, 0.25, bodies=1)
+    least = point(12.0, 0.01, 1e-3, 0.0)
+    assert lines(best, least) == [
+        "  tried        400 candidates, 16 runs each from random phases, unbalance 0.01 to 0.02 kg m; searched with the "
+        "averaged equations",
+        "  as it is     2 bodies, damping 0.0125 N m s: half in place after 10 s, 0.02 kg m left, peak 4 mm, 50 % not through",
+        "  soonest      1 body, damping 0.0125 N m s: half in place after 5 s, 0 kg m left, peak 6 mm, 25 % not through (time "
+        "-50 %, unbalance left -100 %, peak +50 %)",
+        "  least peak   2 bodies, damping 0.0125 N m s: half in place after 12 s, 0.01 kg m left, peak 1 mm, 0 % not through "
+        "(time +20 %, unbalance left -50 %, peak -75 %)",
+    ]
+    full = lines(best, unbalance=[0.01, 0.01], model="full", objectives=["peak"])
+    assert full[0].endswith("unbalance 0.01 kg m; searched with the full equations")
+    assert full[2].endswith("N m s: peak 6 mm (peak +50 %)") and len(full) == 3
+
+
+def test_what_was_checked_counts_and_what_does_not_hold_is_left_out() -> None:
+    checked = {"settling-time": 8.0, "residual": None, "peak": None, "capture-probability": 0.25}
+    holds = point(1.0, 0.0, 1e-3, 0.0, checked=checked, checked_undecided=0.125, undecided=0.5, holds=True)
+    wrong = point(0.5, 0.0, 1e-4, 0.0, holds=False)
+    only = lines(wrong, holds, objectives=["settling-time", "capture-probability"])
+    assert only[2] == (
+        "  soonest      2 bodies, damping 0.0125 N m s: half in place after at least 8 s, 12.5 % to 25 % (the rest without a "
+        "verdict) not through (time -20 %)"
+    )
+    assert len(only) == 3, "the same is told once"
+    caught = lines(point(1.0, None, None, 0.125, undecided=0.25), objectives=["capture-probability"])
+    assert caught[2].endswith(": 0 % to 12.5 % (the rest without a verdict) not through")
+    unknown = lines(point(None, None, None, None), objectives=["peak"], as_it_is=point(None, None, None, None))
+    assert unknown[1:] == ["  as it is     2 bodies, damping 0.0125 N m s: nothing is known"]
+
+
+def test_of_equally_good_ones_that_is_told_of_which_less_are_caught() -> None:
+    front = [point(5.0, 0.0, 1e-3, 0.5, bodies=3), point(5.0, 0.0, 1e-3, 0.25, bodies=4)]
+    assert lines(*front, objectives=["settling-time"])[2].startswith("  soonest      4 bodies")
+
+
+def test_gains_below_half_a_percent_are_none_and_new_unbalance_is_told() -> None:
+    assert lines(point(10.049, None, None, None), objectives=["settling-time"])[2].endswith("10 s")
+    assert lines(point(10.051, None, None, None), objectives=["settling-time"])[2].endswith("10.1 s (time +1 %)")
+    clean = point(10.0, 0.0, 1.0, 0.0)
+    worse = lines(point(None, 0.01, None, None), as_it_is=clean, objectives=["residual"])
+    assert worse[2].endswith("0.01 kg m left (unbalance left where it was none)")
+    assert "where it was none" not in lines(point(None, 0.0, None, None), as_it_is=clean, objectives=["residual"])[2]
+    assert "where it was none" not in lines(point(1.0, 0.1, None, None), as_it_is=clean, objectives=["settling-time"])[2]
+
+
+@pytest.mark.parametrize(
+    ("optimum", "as_many", "of_rates", "line"),
+    [
+        (0.25, True, None, "0.25 N m s is soonest in place from random phases"),
+        (
+            0.25, False, 0.5,
+            "0.25 N m s is soonest in place from random phases, of those with which most runs get through; near the place "
+            "itself 0.5 N m s",
+        ),
+        (0.125, True, None, "0.125 N m s is soonest in place from random phases, the least looked at"),
+        (1.0, True, None, "1 N m s is soonest in place from random phases, the greatest looked at"),
+    ],
+)  # fmt: skip
+def test_the_best_damping(optimum: float, as_many: bool, of_rates: float | None, line: str) -> None:
+    damping = {"range": [0.125, 1.0], "optimum": optimum, "unit": "N m s", "as_many": as_many, "of_rates": of_rates}
+    assert lines(damping=damping)[-1] == f"  damping      {line}"
+    assert len(lines(damping=damping | {"optimum": None})) == 2
+
+
+# --- machines ---
+
+
+def machine(rotor: dict[str, Any], *dampings: float | None) -> Machine:
+    drum = {"kind": "rotor", "name": "drum", "mass": 2.0, "inertia": 0.03} | rotor
+    ball = {"kind": "pendulum", "about": "drum", "mass": 0.1, "length": 0.1}
+    balls = [ball | {"name": f"b{k}"} | ({} if d is None else {"damping": d}) for k, d in enumerate(dampings)]
+    carrier = {"mass": 1.0, "stiffness": 1e5, "damping": 200.0}
+    drive = {"kind": "linear", "slope": 0.04, "no_load_speed": 500.0}
+    return machine_from({"carrier": carrier, "bodies": [drum, *balls], "drive": drive})
+
+
+def planned(of: Machine, **asked: Any) -> Any:
+    common = {"vary": {"length": [0.05, 0.2]}, "samples": 2, "population": 20, "evaluations": 60, "points": 5, "model": "slow"}
+    return STUDY.prepare(OptimiseBalancer(**common | asked), of)
+
+
+def test_a_rotor_without_an_unbalance_needs_one() -> None:
+    with refused("drum.unbalance", "study.unbalance", given=0.0):
+        planned(machine({"unbalance": 0.0}, 0.1, 0.1))
+    plan = planned(machine({"unbalance": 0.0}, 0.1, 0.1), unbalance=[0.001, 0.002])
+    assert plan.as_it_is.ends == (0.001, 0.002)
+
+
+def test_the_mass_of_a_rotor_with_an_eccentricity_is_not_varied() -> None:
+    """Its unbalance is their product."""
+    mass = {"vary": {"drum.mass": [1.0, 3.0]}}
+    with refused("study.vary", given="drum.mass"):
+        planned(machine({"eccentricity": 1e-3}, 0.1, 0.1), **mass)
+    assert planned(machine({"unbalance": 2e-3}, 0.1, 0.1), **mass).numbers.tolist() == [2.0]
+    plan = planned(machine({"eccentricity": 1e-3}, 0.1, 0.1))
+    assert plan.as_it_is.ends == pytest.approx((1e-3, 1e-3))
+
+
+def test_dampings_of_the_curve() -> None:
+    """A decade and a half on either side of the largest, or over the range that is asked for."""
+    own = machine({"unbalance": 2e-3}, 0.1, 0.4)
+    trials, dampings = planned(own).curve
+    assert (dampings[0], dampings[-1], len(dampings)) == (pytest.approx(0.4 * 10**-1.5), pytest.approx(0.4 * 10**1.5), 25)
+    assert np.diff(np.log(dampings)) == pytest.approx(np.log(1000.0) / 24)
+    assert trials.variables[0].paths == ("b0.damping", "b1.damping")
+    _, asked = planned(own, vary={"damping": [0.2, 0.8]}).curve
+    assert (asked[0], asked[-1]) == (pytest.approx(0.2), pytest.approx(0.8))
+    _, from_zero = planned(own, vary={"damping": [0.0, 0.8]}).curve
+    assert (from_zero[0], from_zero[-1]) == (pytest.approx(0.8e-3), pytest.approx(0.8))
+    undamped = planned(machine({"unbalance": 2e-3}, 0.0, 0.0), inertia=True)
+    assert undamped.curve is None
+    none = "there is no damping curve: some balancing body has no damping that could be varied"
+    assert none in undamped.warnings and none not in planned(own).warnings
+    assert planned(own, damping_curve=False).curve is None and none not in planned(own, damping_curve=False).warnings

@@ -1,0 +1,119 @@
+"""Findings of ``orbit-branch`` that are made by hand: what is missing, doubtful or too much."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.hand_made import titled, warnings_of, with_answer
+
+from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
+from wucht.dynamics.work import Work
+from wucht.files.own_equations import equations_from
+from wucht.results.conventions import summary_of
+from wucht.studies.orbit_branch.spec import OrbitBranch
+from wucht.studies.registry import study_of
+
+STUDY = study_of("orbit-branch")
+CIRCLE = {
+    "parameters": {"mu": 1.0},
+    "definitions": {"s": "mu - x^2 - y^2", "w": "2 + mu"},
+    "states": {"x": "s*x - w*y", "y": "w*x + s*y"},
+}
+
+
+@cache
+def circles() -> tuple[Any, OrbitFindings]:
+    """A plan, and all that is found of circles of radius sqrt mu."""
+    bounds = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
+    asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(0.5, 1.5), start={"x": 0.5}, ranges=bounds)
+    plan = STUDY.prepare(asked, equations_from(CIRCLE, "a test"))
+    *_, last = STUDY.run(plan, Work())
+    return plan, last
+
+
+def result(**other: Any) -> xr.Dataset:
+    plan, found = circles()
+    given = {name: getattr(found, name) for name in ("steady", "tried", "branches", "reported", "lost", "complete")}
+    return titled(STUDY.dataset(plan, OrbitFindings(**given | other)), dimensionless=True)
+
+
+def test_before_the_first_orbit() -> None:
+    made = result(branches=(), reported=(), complete=False)
+    assert summary_of(made)["sentence"] == "the study was interrupted before an orbit was found"
+    assert warnings_of(made)[-1] == "the search is not finished"
+    assert summary_of(result(branches=(), reported=()))["sentence"].startswith("no modulated motion was found: ")
+
+
+def test_a_whole_search_has_no_warnings() -> None:
+    assert warnings_of(result()) == []
+    assert warnings_of(result(complete=False)) == ["the search is not finished"]
+
+
+def test_what_is_lost_or_left_out_is_told() -> None:
+    from wucht.studies.orbit_branch import dataset as module
+
+    lost = tuple(f"lost {k}" for k in range(module._MOST_LOST + 2))
+    assert warnings_of(result(lost=lost)) == [*lost[:-2], "so are 2 more"]
+    assert warnings_of(result(lost=lost[:-2])) == list(lost[:-2])
+    _, found = circles()
+    many = warnings_of(result(branches=found.branches * MOST_BRANCHES))
+    assert many == [f"more than {MOST_BRANCHES} branches: the others are left out"]
+    assert warnings_of(result(branches=found.branches * (MOST_BRANCHES - 1))) == []
+
+
+def test_branches_are_counted() -> None:
+    _, found = circles()
+    assert not summary_of(result())["sentence"].endswith("more branches")
+    for count, words in ((2, "; one more branch"), (3, "; 2 more branches")):
+        assert summary_of(result(branches=found.branches * count))["sentence"].endswith(words)
+
+
+def test_values_of_which_there_is_no_orbit() -> None:
+    _, found = circles()
+    assert len(found.reported) == 2
+    none = "there is no orbit of a known branch at mu = 0.5, 1.5"
+    assert warnings_of(result(reported=())) == [none]
+    assert warnings_of(result(reported=found.reported[:1])) == ["there is no orbit of a known branch at mu = 1.5"]
+    assert none not in warnings_of(result(reported=(), complete=False))
+
+
+def test_orbits_whose_fastest_decays_are_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    from wucht.studies.orbit_branch import dataset as module
+
+    branch = type(circles()[1].branches[0])
+    real = branch.joined
+
+    def joined(self: Any, name: str) -> np.ndarray:
+        values = real(self, name)
+        if name == "product_error":
+            wrong = np.zeros(len(values))
+            wrong[:3] = 1.5 * module._PRODUCT
+            return wrong
+        if name == "trusted":
+            return np.arange(len(values)) != 1
+        return values
+
+    monkeypatch.setattr(branch, "joined", joined)
+    assert warnings_of(result()) == [
+        "of 2 orbits the fastest decays are not known: the product of the multipliers is not what the divergence of the "
+        "equations demands"
+    ]
+
+
+def test_the_lines_that_end_the_report() -> None:
+    made = result()
+    orbit = summary_of(made)["orbits"][0]
+    whole = STUDY.report(made)
+    many = STUDY.report(with_answer(made, orbits=[orbit] * 40))
+    shown = len(many) - 1 - (len(whole) - 2)
+    assert many[-1] == f"  and {40 - shown} more orbits: see the Dataset" and 1 < shown < 40
+    assert STUDY.report(with_answer(made, orbits=[orbit] * shown))[-1] == many[-2]
+    rotor = made.assign_attrs(rotor="drum")
+    for section, of in ((False, "all their disturbances"), (True, "disturbances that keep the bodies together alone")):
+        last = STUDY.report(with_answer(rotor, section=section, orbits=[]))[-1]
+        assert last == f"  stability    in the averaged equations, of {of}; exponents: per unit of time"
+    assert not STUDY.report(with_answer(rotor, branches=[], orbits=[]))[-1].startswith("  stability")
