@@ -18,14 +18,13 @@ from wucht import cli
 from wucht.analysis.averaged import averaged_machine
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
-from wucht.checking import checked
 from wucht.dynamics.entrainment.branches import Edge, StableRange
 from wucht.dynamics.entrainment.existence import Existence, range_around, threshold
 from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.varied import start_states, varied_of
 from wucht.dynamics.work import Work
-from wucht.errors import InputError, WuchtError
+from wucht.errors import WuchtError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.recurrence import recurrence
@@ -263,8 +262,3 @@ def test_what_does_not_move_or_return_does_not_repeat_itself() -> None:
     assert once is None, "it has returned but once"
     found = recurrence(time, np.stack([np.sin(2 * np.pi * time / 2.5), np.cos(2 * np.pi * time / 2.5)]), np.zeros(2, bool))
     assert found is not None and found.period == pytest.approx(2.5, rel=1e-3) and found.turns.tolist() == [0, 0]
-
-
-def test_what_a_shaft_is_made_of() -> None:
-    with pytest.raises(InputError, match=r"shaft\.inertia: given True; must be a number, or a string with a unit"):
-        checked(ShaftTable, {"inertia": True, "output_inertia": 6.0}, "shaft")
