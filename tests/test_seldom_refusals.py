@@ -16,7 +16,8 @@ from tests.refusals import refused
 import wucht
 from wucht import cli
 from wucht.analysis.averaged import averaged_machine
-from wucht.cams.tables.camshaft import ShaftTable
+from wucht.cams.prediction import _newton
+from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.dynamics.entrainment.branches import Edge, StableRange
 from wucht.dynamics.entrainment.existence import Existence, range_around, threshold
@@ -24,13 +25,15 @@ from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.varied import start_states, varied_of
 from wucht.dynamics.work import Work
-from wucht.errors import WuchtError
+from wucht.errors import RunError, WuchtError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.recurrence import recurrence
 from wucht.results import provenance
+from wucht.results.integrity import check_attributes
 from wucht.results.store import prepare_folder
 from wucht.studies import memory
+from wucht.studies.cam_prediction import run as prediction_run
 from wucht.studies.fingerprints import _text
 from wucht.studies.registry import Study
 from wucht.studies.subjects import MACHINE, OfMachineOrSystem
@@ -262,3 +265,66 @@ def test_what_does_not_move_or_return_does_not_repeat_itself() -> None:
     assert once is None, "it has returned but once"
     found = recurrence(time, np.stack([np.sin(2 * np.pi * time / 2.5), np.cos(2 * np.pi * time / 2.5)]), np.zeros(2, bool))
     assert found is not None and found.period == pytest.approx(2.5, rel=1e-3) and found.turns.tolist() == [0, 0]
+
+
+# --- springs, motions and results that are wrong ---
+
+
+def test_the_damping_of_an_output_on_a_spring() -> None:
+    """Given itself, or by its ratio to the critical one, 2 sqrt(c m)."""
+    common = {"output_stiffness": 400.0}
+    assert ElasticTable(**common, output_damping=3.0).output(4.0, "rad").damping == 3.0
+    assert ElasticTable(**common, output_damping_ratio=0.25).output(4.0, "rad").damping == pytest.approx(0.25 * 2 * 40.0)
+    with refused("shaft.elastic.output_damping", "negative", given=-3.0):
+        ElasticTable(**common, output_damping=-3.0).output(4.0, "rad")
+    with refused("shaft.elastic.output_stiffness", "above zero", given=0.0):
+        ElasticTable(output_stiffness=0.0).output(4.0, "rad")
+
+
+def test_a_balance_of_positive_unknowns() -> None:
+    def square(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return x**2 - 9.0, np.diag(2 * x)
+
+    assert _newton(square, np.array([50.0]), lambda: "more") == pytest.approx([3.0], rel=1e-12)
+    for balance in (
+        lambda x: (x * 0 + 1.0, np.zeros((1, 1))),  # the same at all speeds
+        lambda x: (x**2 + 1.0, np.diag(2 * x)),  # nowhere closed
+    ):
+        with pytest.raises(RunError) as raised:
+            _newton(balance, np.array([1.0]), lambda: "take a larger flywheel")
+        assert raised.value.code == "no-convergence" and ": take a larger flywheel; and a drive" in str(raised.value)
+
+
+def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was cut before it is kept."""
+
+    def left_by(cam: Any, count: int) -> Any:
+        made.append(cam)
+        if len(made) == 3:
+            raise RunError("it stands")
+        return SimpleNamespace(), 0.5 / len(made)
+
+    made = list[Any]()
+    monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
+    plan = SimpleNamespace(cuts=5, count=4, motion=SimpleNamespace(law="law"), shaft=SimpleNamespace(left_by=left_by))
+    left, failure = prediction_run._cuts(plan, Work())  # type: ignore[arg-type]
+    assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"
+    assert failure == "with cam 3, cut for the speed measured with the one before: it stands"
+
+
+def test_attributes_of_a_result_that_was_edited() -> None:
+    whole = {
+        "study": "a", "title": "b", "sentence": "c", "failure": "", "finished": 1, "dimensionless": 0, "summary": "{}",
+        "input": '{"study": {}, "machine": {}}', "warnings": "[]",
+    }  # fmt: skip
+    check_attributes(whole)
+    with refused("input", "of which machine", given=None):
+        check_attributes(whole | {"input": '{"study": {}}'})
+    with refused("warnings", "list of texts"):
+        check_attributes(whole | {"warnings": "[3]"})
+    with refused("notes", "list of texts"):
+        check_attributes(whole | {"notes": "[[]]"})
+    with refused("title", "another type", given=3):
+        check_attributes(whole | {"title": 3})
+    with refused("title", "is missing", given=None):
+        check_attributes({k: v for k, v in whole.items() if k != "title"})
