@@ -302,7 +302,7 @@ def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
         made.append(cam)
         if len(made) == 3:
             raise RunError("it stands")
-        return SimpleNamespace(), 0.5 / len(made)
+        return 0.5 / len(made), SimpleNamespace()
 
     made = list[Any]()
     monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))

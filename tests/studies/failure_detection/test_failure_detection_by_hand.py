@@ -277,7 +277,11 @@ def looked_at(monkeypatch: pytest.MonkeyPatch, best: float, **asked: Any) -> tup
     monkeypatch.setattr(run_module, "_seen", readings)
     monkeypatch.setattr(run_module, "_detection", lambda *_: (None, ""))
     monkeypatch.setattr(run_module, "_averaged", lambda *_: AveragedSpeed(None))
-    *_, last = STUDY.run(plan, Work())
+    shares = list[float]()
+    *_, last = STUDY.run(plan, Work(reporter=lambda share, _: shares.append(share)))
+    assert shares == sorted(shares) and len(set(shares[-3:])) == 3, "each place takes it further"
+    most = 6 if "second" in asked else 3 + 2 * 4
+    assert shares[-1] == pytest.approx(0.35 + 0.65 * len(last.places) / most), "the machine itself takes about a third"
     return order[1:], last
 
 
