@@ -8,13 +8,12 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wucht.results.conventions import summary_of
 from wucht.studies.runner import draw
 
 
 def with_answer(result: xr.Dataset, **answer: Any) -> xr.Dataset:
     """A copy of a result with other values of some keys of its summary."""
-    return result.copy().assign_attrs(summary=json.dumps(summary_of(result) | answer))
+    return result.copy().assign_attrs(summary=json.dumps(result.wucht.summary | answer))
 
 
 def titled(result: xr.Dataset, dimensionless: bool = False) -> xr.Dataset:
@@ -29,5 +28,5 @@ def drawn(kind: str, result: xr.Dataset) -> Figure:
 
 def warnings_of(result: xr.Dataset) -> list[str]:
     """The warnings of a Dataset that no runner has made."""
-    warnings: list[str] = json.loads(result.attrs["warnings"])
+    warnings: list[str] = result.wucht.warnings
     return warnings

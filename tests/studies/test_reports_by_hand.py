@@ -16,7 +16,7 @@ from tests.refusals import refused
 import wucht
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import answered, summary_of, variable
+from wucht.results.conventions import answered, variable
 from wucht.studies.load_keys import Woehler, woehler_at, woehler_line
 from wucht.studies.registry import study_of
 from wucht.studies.run_up.both_models import joined
@@ -35,7 +35,7 @@ def test_a_torque_balance() -> None:
     drive = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
     machine = machine_from({"carrier": {"stiffness": 1e4, "damping": 40.0}, "bodies": [rotor], "drive": drive})
     result = wucht.run(wucht.TorqueBalance(), machine)
-    point = summary_of(result)["working_points"][0] | {
+    point = result.wucht.summary["working_points"][0] | {
         "speed": 10.0, "torque": 1.25, "stable": True, "tangential": False, "slip": 0.025, "slope": 0.5, "no_load_speed": 20.0,
     }  # fmt: skip
 

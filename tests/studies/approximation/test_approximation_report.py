@@ -13,7 +13,6 @@ from tests.hand_made import titled, warnings_of, with_answer
 
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import summary_of
 from wucht.studies.approximation import order
 from wucht.studies.approximation.comparison import CURVE, Comparison
 from wucht.studies.approximation.order import Errors, UnmeasuredError, errors
@@ -39,7 +38,7 @@ def compared(value: float = math.nan, relative: tuple[float, float] = (0.01, 0.1
 
 
 def trust(plan: Any, own: Comparison, measured: Errors | None = MEASURED, unmeasured: str = "") -> tuple[Any, list[str]]:
-    s = summary_of(STUDY.dataset(plan, Findings((own,), measured, unmeasured)))
+    s = STUDY.dataset(plan, Findings((own,), measured, unmeasured)).wucht.summary
     return s["trusted"], s["reasons"]
 
 
@@ -76,7 +75,7 @@ def test_the_lines_of_the_report(plan: Any) -> None:
     others = (compared(1.0), compared(2.0, slow_outcome="passed"), compared(3.0, slow_outcome="passed"))
     result = titled(STUDY.dataset(plan, Findings((compared(relative=(0.06, 0.1)), *others), MEASURED)), dimensionless=True)
     both = "speeds of the rotor differ by 0.02 at most, amplitudes by 0.3; "
-    until = summary_of(result)["until_phi"]
+    until = result.wucht.summary["until_phi"]
     assert STUDY.report(result) == [
         "A machine",
         "verdict: NOT TRUSTED",
@@ -95,7 +94,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
     result = titled(STUDY.dataset(plan, Findings((compared(), compared(2.5, slow_outcome="passed")), MEASURED)))
     factor = {"factor": 2.5, "speed": None, "amplitude": None, "same_outcome": False, "outcome": "a", "slow_outcome": "b"}
     several = with_answer(result, along=["a.b", "c"], deviations=[factor], amplitude_unit="rad", disagreement=[[2.5, 2.5]])
-    until = summary_of(result)["until_phi"]
+    until = result.wucht.summary["until_phi"]
     assert STUDY.report(several)[1:] == [
         "verdict: TRUSTED",
         f"  this machine speeds of the rotor differ by 0.02 rad/s (0.191 rpm) at most, amplitudes by {math.degrees(0.3):.4g}°; "

@@ -21,7 +21,6 @@ from wucht.errors import InputError, WuchtError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.orbits import PeriodicOrbit
-from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.run import Findings
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.registry import study_of
@@ -74,13 +73,13 @@ def lines(made: xr.Dataset) -> list[str]:
 def test_the_phase_of_a_run_is_that_to_the_vibration_or_those_to_the_main_rotor(
     shaken: EntrainmentCase, pair: EntrainmentCase
 ) -> None:
-    to_vibration = summary_of(dataset(shaken, Findings(ended(shaken), complete=True)))
+    to_vibration = dataset(shaken, Findings(ended(shaken), complete=True)).wucht.summary
     assert to_vibration["phases"] == {"rotor": pytest.approx(3.5 - 2 * math.pi)}
     assert to_vibration["phase"] == pytest.approx(3.5 - 2 * math.pi)
     assert to_vibration["mean_speed"] == -6.28
-    to_rotor = summary_of(dataset(pair, Findings(ended(pair, phases={"e2": 3.5}), complete=True)))
+    to_rotor = dataset(pair, Findings(ended(pair, phases={"e2": 3.5}), complete=True)).wucht.summary
     assert (to_rotor["phases"], to_rotor["phase"], to_rotor["outcome"]) == ({"e2": 3.5}, 3.5, "synchronised")
-    apart = summary_of(dataset(pair, Findings(ended(pair, entrained=False), complete=True)))
+    apart = dataset(pair, Findings(ended(pair, entrained=False), complete=True)).wucht.summary
     assert (apart["phases"], apart["phase"], apart["outcome"]) == ({}, None, "not-synchronised")
 
 
@@ -88,7 +87,7 @@ def test_the_phase_and_the_speed_of_a_locked_motion_come_before_those_of_its_run
     own = ended(shaken)
     motions = tuple(LockedMotion(own.value + d, np.array([2.0 + d]), 6.2 + d, 0.9 + d, ORBIT) for d in (-0.25, 0.0, 0.25))
     made = dataset(shaken, Findings(own, motions=motions, ends=(5.0, None), complete=True))
-    s = summary_of(made)
+    s = made.wucht.summary
     assert (s["phase"], s["mean_speed"], s["multiplier"], s["stable"]) == (2.0, -6.2, 0.9, True)
     assert s["existence_band_full"] == [5.0, None]
     assert made.orbit_value.values == pytest.approx([own.value - 0.25, own.value, own.value + 0.25])
@@ -110,18 +109,18 @@ def test_warnings(shaken: EntrainmentCase) -> None:
         f"from the start it is also reached apart from the band: 6.5 to 6.75, 6.875 to 7 {unit}; finer points may show more",
         f"at drive.no_load_speed = 5.75 {unit} the phase still moves at the end of the run: give a longer until",
     ]
-    s = summary_of(dataset(shaken, found))
+    s = dataset(shaken, found).wucht.summary
     assert s["band_from_rest"] == [5.125, 6.125] and s["islands"] == [[6.5, 6.75], [6.875, 7.0]]
     assert warnings_of(dataset(shaken, Findings(still, runs=(still,), complete=True))) == []
 
 
 def test_sentences(shaken: EntrainmentCase) -> None:
     own = ended(shaken)
-    nowhere, interrupted = (summary_of(dataset(shaken, Findings(own, complete=c)))["sentence"] for c in (True, False))
+    nowhere, interrupted = (dataset(shaken, Findings(own, complete=c)).wucht.summary["sentence"] for c in (True, False))
     assert nowhere.endswith("; nowhere in the range is it reached from the start")
     assert interrupted.endswith("; the study was interrupted before its band was found")
     band = CaptureBand((None, (6.0, 6.25)), ())
-    s = summary_of(dataset(shaken, Findings(own, band=band, complete=True)))["sentence"]
+    s = dataset(shaken, Findings(own, band=band, complete=True)).wucht.summary["sentence"]
     assert s.endswith("; from the start that is reached below drive.no_load_speed = 6.125 rad/s")
 
 
@@ -138,7 +137,7 @@ def test_the_lines_of_all_that_can_be_known(shaken: EntrainmentCase) -> None:
     made = dataset(shaken, found)
     assert lines(made) == [
         "A machine",
-        f"verdict: ENTRAINED: {summary_of(made)['sentence']}",
+        f"verdict: ENTRAINED: {made.wucht.summary['sentence']}",
         f"  looked at    drive.no_load_speed = {own.value:.6g} rad/s",
         "  existence    between 5.25 and 6.75 rad/s (averaged equations, ends: fold, hopf)",
         "               above 5.125 rad/s (full equations)",
@@ -155,7 +154,7 @@ def test_what_is_not_known_has_no_line(pair: EntrainmentCase) -> None:
     made = dataset(pair, Findings())
     assert lines(made) == [
         "A machine",
-        f"verdict: UNIDENTIFIED: {summary_of(made)['sentence']}",
+        f"verdict: UNIDENTIFIED: {made.wucht.summary['sentence']}",
         "  looked at    detuning = 0.5 rad/s",
     ]
 
@@ -168,7 +167,7 @@ def test_ends_at_the_range_are_no_ends_and_an_unstable_motion_is_called_so(shake
         existing = Existence(band=StableRange(0, *edges, np.array([0, 1])))
         made = dataset(shaken, Findings(own, existing=existing, motions=(motion,), ends=(None, None), complete=True))
         low, high = (None if e.kind == "range" else e.value for e in edges)
-        assert summary_of(made)["existence_band"] == [low, high]
+        assert made.wucht.summary["existence_band"] == [low, high]
         words = {2: "in all of the range", 1: "above 5.25 rad/s", 0: "between 5.25 and 6.75 rad/s"}[kinds.count("range")]
         assert lines(made)[3:6] == [
             f"  existence    {words} (averaged equations{how})",
@@ -182,7 +181,7 @@ def test_a_dimensionless_machine_has_no_units(shaken: EntrainmentCase) -> None:
     made = titled(dataset(shaken, Findings(ended(shaken), complete=True)), dimensionless=True)
     made = with_answer(made, along_unit="", phases={"rotor": 1.25}, phases_slow={"other": 2.0}, mean_speed=6.25)
     assert lines(made)[2:] == [
-        f"  looked at    drive.no_load_speed = {summary_of(made)['value']:.6g}",
+        f"  looked at    drive.no_load_speed = {made.wucht.summary['value']:.6g}",
         "  phase        rotor: 1.25",
         "  mean speed   6.25",
     ]

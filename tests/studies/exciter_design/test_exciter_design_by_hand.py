@@ -20,7 +20,6 @@ from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import shifted
 from wucht.files.building import machine_from
-from wucht.results.conventions import summary_of
 from wucht.studies.exciter_design.exciter_subject import MachineInFolder
 from wucht.studies.exciter_design.run import Findings
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
@@ -114,7 +113,7 @@ def test_the_lines_of_a_design(plan: Any) -> None:
 
 def test_without_a_beat_nothing_is_reached(plan: Any) -> None:
     made = result(plan, reach=(tried([np.nan] * 2, ["steady"] * 2),))
-    assert summary_of(made)["reach"] == {"modulated": 0.0, "upper": None, "ratio": None, "fullness": None}
+    assert made.wucht.summary["reach"] == {"modulated": 0.0, "upper": None, "ratio": None, "fullness": None}
     assert [line[:13].strip() for line in STUDY.report(made)[2:]] == ["signal", "wanted", "tried"]
 
 
@@ -138,7 +137,7 @@ def test_warnings_of_runs_and_of_the_design(plan: Any) -> None:
 
 
 def test_a_design_that_is_farther_off_in_the_full_equations(plan: Any) -> None:
-    slow = summary_of(result(plan, design(plan)))["distances"]["slow"]["amplitude"]
+    slow = result(plan, design(plan)).wucht.summary["distances"]["slow"]["amplitude"]
     far = [w for w in warnings_of(result(plan, design(plan, 1.51 * slow))) if "farther" in w]
     assert far == [
         f"the full equations are farther from the target than the averaged ones, {1.51 * slow:.2%} and {slow:.2%}: more "
@@ -149,7 +148,7 @@ def test_a_design_that_is_farther_off_in_the_full_equations(plan: Any) -> None:
 
 def test_cycles_that_are_not_reached(plan: Any) -> None:
     small = design(plan, 1e-9, ranges=np.array([1e-3, 2.5e-3]))
-    missed = summary_of(result(plan, small))["beyond"]
+    missed = result(plan, small).wucht.summary["beyond"]
     target = plan.target
     assert missed == pytest.approx(target.counts[target.ranges > 2.5e-3].sum()) and missed > 1e-3 * target.total
     assert f"{missed:.3g} cycles of the target are larger than any that is reached" in warnings_of(result(plan, small))
@@ -159,7 +158,7 @@ def test_cycles_that_are_not_reached(plan: Any) -> None:
 def test_exciters_within_tolerances_that_do_not_beat(plan: Any) -> None:
     some = tried([0.1, 0.2, 0.3, np.nan])
     made = result(plan, design(plan, 1e-9), tolerances=(some,))
-    t = summary_of(made)["tolerances"]
+    t = made.wucht.summary["tolerances"]
     assert (t["modulated"], t["q05"], t["median"], t["q95"]) == (0.75, 0.2, 0.3, None)
     assert warnings_of(made)[-1] == f"25% of the exciters within tolerances of {plan.spec.spread:.1%} do not beat"
     most = tried([0.1] * 9 + [np.nan])

@@ -18,7 +18,6 @@ from wucht.dynamics.exciters.failing_machine import Course, FailingMachine
 from wucht.dynamics.exciters.speed_readings import Readings, Windows
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.results.conventions import summary_of
 from wucht.studies.failure_detection import run as run_module
 from wucht.studies.failure_detection.prepare import Varied
 from wucht.studies.failure_detection.run import Findings, Place, Seen
@@ -126,7 +125,7 @@ FAILS = "the specimen fails at 4 s, the speed changes by 30 rad/s"
 )  # fmt: skip
 def test_sentences(of: Seen, detection: Any, sentence: str) -> None:
     made = result(of=of, detection=detection)
-    assert summary_of(made)["failure_time"] == of.windows.failed
+    assert made.wucht.summary["failure_time"] == of.windows.failed
     assert made.attrs["sentence"] == sentence
 
 
@@ -222,7 +221,7 @@ def test_the_signal_over_one_parameter() -> None:
     assert np.isnan(made.signal.values[2]) and np.isnan(made.change.values[2])
     assert (made.along.attrs["long_name"], made.along.attrs["units"]) == ("drive.slope", "N m s")
     assert made.change.attrs["units"] == "rad/s"
-    assert summary_of(made)["largest"] == {"drive.slope": 0.015, "signal": 48.0, "change": 60.0, "outcome": "passed"}
+    assert made.wucht.summary["largest"] == {"drive.slope": 0.015, "signal": 48.0, "change": 60.0, "outcome": "passed"}
     assert STUDY.report(made)[-1] == "  largest      signal 48 at drive.slope = 0.015: change 60 rad/s, then passed"
     axis = drawn("failure-detection", made).axes[-1]
     line, largest = axis.get_lines()
@@ -252,7 +251,7 @@ def test_the_signal_over_two_parameters() -> None:
     assert (list(lines[2].get_xdata()), list(lines[2].get_ydata())) == ([0.02], [4.0])
     nowhere = tuple(replace(p, signal=None) for p in places)
     made = result(planned(**ALONG, **SECOND), places=nowhere)
-    assert summary_of(made)["largest"] is None
+    assert made.wucht.summary["largest"] is None
     assert len(drawn("failure-detection", made).axes[-1].get_lines()) == 2
     assert "signal" not in result(planned(**ALONG))
 

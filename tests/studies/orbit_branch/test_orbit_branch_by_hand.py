@@ -13,7 +13,6 @@ from tests.hand_made import titled, warnings_of, with_answer
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.own_equations import equations_from
-from wucht.results.conventions import summary_of
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
 
@@ -43,9 +42,9 @@ def result(**other: Any) -> xr.Dataset:
 
 def test_before_the_first_orbit() -> None:
     made = result(branches=(), reported=(), complete=False)
-    assert summary_of(made)["sentence"] == "the study was interrupted before an orbit was found"
+    assert made.wucht.summary["sentence"] == "the study was interrupted before an orbit was found"
     assert warnings_of(made)[-1] == "the search is not finished"
-    assert summary_of(result(branches=(), reported=()))["sentence"].startswith("no modulated motion was found: ")
+    assert result(branches=(), reported=()).wucht.summary["sentence"].startswith("no modulated motion was found: ")
 
 
 def test_a_whole_search_has_no_warnings() -> None:
@@ -65,9 +64,9 @@ def test_what_is_lost_or_left_out_is_told() -> None:
 
 def test_branches_are_counted() -> None:
     _, found = circles()
-    assert not summary_of(result())["sentence"].endswith("more branches")
+    assert not result().wucht.summary["sentence"].endswith("more branches")
     for count, words in ((2, "; one more branch"), (3, "; 2 more branches")):
-        assert summary_of(result(branches=found.branches * count))["sentence"].endswith(words)
+        assert result(branches=found.branches * count).wucht.summary["sentence"].endswith(words)
 
 
 def test_values_of_which_there_is_no_orbit() -> None:
@@ -102,7 +101,7 @@ def test_orbits_whose_fastest_decays_are_not_known(monkeypatch: pytest.MonkeyPat
 
 def test_the_lines_that_end_the_report() -> None:
     made = result()
-    orbit = summary_of(made)["orbits"][0]
+    orbit = made.wucht.summary["orbits"][0]
     whole = STUDY.report(made)
     many = STUDY.report(with_answer(made, orbits=[orbit] * 40))
     shown = len(many) - 1 - (len(whole) - 2)

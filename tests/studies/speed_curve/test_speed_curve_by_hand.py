@@ -12,14 +12,13 @@ import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from tests.hand_made import drawn, titled, warnings_of, with_answer
+from wucht.results.style import COLOURS, GREY
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.steady_states import Kind
 from wucht.files.own_equations import OwnEquations
-from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY
 from wucht.studies.registry import study_of
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
@@ -68,10 +67,10 @@ def test_sentences() -> None:
         "that are not; no special point": (branch(1, 10, *NEVER_ALL), branch(1, 9, *NEVER_ALL)),
     }  # fmt: skip
     for sentence, branches in words.items():
-        assert summary_of(result(*branches))["sentence"] == sentence
-    assert summary_of(result())["sentence"] == "no steady states were found, between mu = 1 and 10"
+        assert result(*branches).wucht.summary["sentence"] == sentence
+    assert result().wucht.summary["sentence"] == "no steady states were found, between mu = 1 and 10"
     interrupted = result(complete=False)
-    assert summary_of(interrupted)["sentence"] == "the study was interrupted before a branch was found"
+    assert interrupted.wucht.summary["sentence"] == "the study was interrupted before a branch was found"
     assert warnings_of(interrupted)[-1] == "0 branches are followed; the search is not finished"
     assert warnings_of(result(branch(1, 10), complete=False))[-1] == "one branch is followed; the search is not finished"
 
@@ -251,7 +250,7 @@ def test_curves_in_the_plane_of_two_parameters() -> None:
     fold = BifurcationCurve("fold", Kind(), u, ("", "cusp", ""), (none,) * 3, ("the range ends",) * 2)
     hopf = BifurcationCurve("hopf", Kind("together"), u + 1, ("", "", "bogdanov-takens"), (none,) * 3, ("the range ends",) * 2)
     shown = result(branch(1, 10), of=made, curves=(fold, hopf))
-    sentence = summary_of(shown)["sentence"]
+    sentence = shown.wucht.summary["sentence"]
     assert sentence.endswith("; no special point; 2 curves of them in mu and shift with one cusp, one Bogdanov-Takens point")
     plane = drawn("speed-curve", shown).axes[-1]
     expected = [

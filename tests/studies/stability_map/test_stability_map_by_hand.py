@@ -24,7 +24,6 @@ from wucht.dynamics.branches.steady_states import Kind
 from wucht.dynamics.work import Work
 from wucht.files.own_equations import OwnEquations
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.results.conventions import summary_of
 from wucht.studies.registry import study_of
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.system import System
@@ -75,9 +74,9 @@ def fold(x: float = 0.0, **other: Any) -> BifurcationCurve:
 def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
     result = of(plan(), rows=rows(("a", "b"), ("a",), ("a",), ("a", "c", "b")))
     assert labels(result) == ["b", "no other steady state", "no other steady state", "b, c"]
-    assert summary_of(result)["everywhere"] == ["a"]
+    assert result.wucht.summary["everywhere"] == ["a"]
     assert list(zip(result.place_x.values, result.place_y.values, strict=True)) == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
-    assert summary_of(result)["sentence"] == (
+    assert result.wucht.summary["sentence"] == (
         "stable everywhere: a; besides no other steady state in 100 % of the plane; modulated motions were not sought"
     )
 
@@ -92,7 +91,7 @@ def test_runs_tell_of_motions_that_no_branch_has() -> None:
         "a", "a, modulated motion stable",
         "a motion that neither rests nor repeats itself, a steady state that was not found", "no other steady state",
     ]  # fmt: skip
-    assert summary_of(result)["runs"] == 23
+    assert result.wucht.summary["runs"] == 23
 
 
 def test_modulated_motions_of_the_rows() -> None:
@@ -106,7 +105,7 @@ def test_modulated_motions_of_the_rows() -> None:
     ]
     less = of(plan(), orbits=some[:2])
     assert labels(less)[3] == "modulated motion unstable"
-    assert set(summary_of(result)["boundaries"]) == set()
+    assert set(result.wucht.summary["boundaries"]) == set()
 
 
 def test_an_extra_place_has_a_row_of_its_own() -> None:
@@ -123,7 +122,7 @@ ON_FOLD = "modulated motion: saddle-node on it"
 
 def on_folds(result: xr.Dataset) -> list[tuple[float, float, float]]:
     """Of each part p, and r from and to."""
-    parts = [np.array(line) for name, line in summary_of(result)["boundaries"].items() if name.startswith(ON_FOLD)]
+    parts = [np.array(line) for name, line in result.wucht.summary["boundaries"].items() if name.startswith(ON_FOLD)]
     return [(float(p[0, 0]), float(p[0, 1]), float(p[-1, 1])) for p in parts]
 
 
@@ -142,7 +141,7 @@ def test_the_part_of_a_fold_that_lies_on_a_modulated_motion(kind: str, value: fl
     assert on_folds(result) == expected
     aside = of(plan(), curves=(fold(0.5),), orbits=(orbits(0.0, kind, 0.5 + value, 2.0),))
     assert on_folds(aside) == [(0.5, low, high) for _, low, high in expected]
-    assert ("fold: steady states" in summary_of(result)["boundaries"]) is True
+    assert ("fold: steady states" in result.wucht.summary["boundaries"]) is True
     both = of(plan(), curves=(fold(),), orbits=(orbits(0.0, kind, value, 2.0), orbits(2.0, kind, value, 2.0)))
     assert on_folds(both) == [(p, low, 3.0) for p, low, _ in expected]
 
@@ -153,7 +152,7 @@ def test_that_part_begins_at_a_crossing_of_folds_below_it() -> None:
     crossings = tuple(Crossing(0.0, y) for y in (0.5, 1.5, 2.5))
     result = of(plan(), **given, crossings=crossings)
     assert on_folds(result) == [(0.0, 1.5, 3.0)]
-    assert [(p["kind"], p["p"], p["r"]) for p in summary_of(result)["points"]] == [
+    assert [(p["kind"], p["p"], p["r"]) for p in result.wucht.summary["points"]] == [
         (str(result.mark_kind.values[0]), 0.0, y) for y in (0.5, 1.5, 2.5)
     ]
 
@@ -172,7 +171,7 @@ def test_places_that_say_otherwise_than_their_region() -> None:
     (warning,) = warnings_of(result)
     assert warning == "1 of 4 places say otherwise than their region, such as p = 1, r = 2: no other steady state"
     assert warnings_of(of(plan(), rows=different, complete=False)) == ["4 places were looked at; the map is not finished"]
-    assert summary_of(result)["against"] == 1
+    assert result.wucht.summary["against"] == 1
     assert STUDY.report(result)[-1] == "  checked      3 of 4 places that were looked at one by one agree with the boundaries"
     runs = of(plan(), rows=different, reached=(ReachedMotions(-1.0, 0.0, 6, 6, (), 0),))
     assert STUDY.report(runs)[-1].startswith(
@@ -188,7 +187,7 @@ def test_what_is_lost_is_listed_in_part() -> None:
 
 def test_before_the_first_place() -> None:
     result = of(plan(), rows=(), complete=False)
-    assert summary_of(result)["sentence"] == "the study was interrupted before a place was looked at"
+    assert result.wucht.summary["sentence"] == "the study was interrupted before a place was looked at"
     assert warnings_of(result) == ["0 places were looked at; the map is not finished"]
 
 
@@ -237,7 +236,7 @@ def test_how_modulated_motions_end() -> None:
     kinds = [SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION] * 2
     point = EndingPoint(DOUBLE, 0.123456789, 1.5, 0.375, np.zeros((2, 1)))
     _, result = endings(kinds, LINE, points=(point, replace(point, y=2.5)))
-    s = summary_of(result)
+    s = result.wucht.summary
     assert s["sentence"] == (
         "the modulated motion, as s changes: ends at a saddle-node on the orbit in 50 %, ends at a saddle connection in 50 % "
         "of the plane; the regions meet at p = 0.1234568, r = 1.5 and at p = 0.1234568, r = 2.5"
@@ -256,9 +255,9 @@ def test_how_modulated_motions_end() -> None:
 
 def test_a_curve_with_the_same_on_both_sides_is_no_boundary() -> None:
     _, result = endings([RANGE] * 4, LINE)
-    assert summary_of(result)["boundaries"] == {}
+    assert result.wucht.summary["boundaries"] == {}
     assert (
-        summary_of(result)["sentence"]
+        result.wucht.summary["sentence"]
         == "the modulated motion, as s changes: lasts to the end of the range in 100 % of the plane"
     )
 

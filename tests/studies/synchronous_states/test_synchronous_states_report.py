@@ -17,7 +17,6 @@ from wucht.analysis.configurations.full_stability import FullStability
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.results.conventions import summary_of
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run
 from wucht.studies.synchronous_states.spec import SynchronousStates
@@ -147,7 +146,7 @@ def test_which_shares_of_the_map_are_stable(result: xr.Dataset) -> None:
 def test_a_drive_that_runs_away_leaves_the_end_of_the_range_to_the_program() -> None:
     m = machine(0.012, 0.008, drive=DC_SERIES)
     plan = STUDY.prepare(SynchronousStates(full=False), m)
-    shown = summary_of(STUDY.dataset(plan, list(STUDY.run(plan, Work()))[-1]))
+    shown = STUDY.dataset(plan, list(STUDY.run(plan, Work()))[-1]).wucht.summary
     assert plan.chosen and not shown["complete"]
     assert shown["shown"].endswith(
         "; these are all in this range, but its upper end is the program's choice, as the drive runs away without load: "

@@ -14,7 +14,6 @@ from matplotlib.ticker import NullLocator
 from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.plots.style import COLOURS, GREY, line_style
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, printed_unit, with_unit
 
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
@@ -26,7 +25,7 @@ _LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 
 
 def figure(result: xr.Dataset) -> Figure:
     """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
-    varied, measured = bool(np.isfinite(result.value.values).any()), summary_of(result)["order_of_error"] is not None
+    varied, measured = bool(np.isfinite(result.value.values).any()), result.wucht.summary["order_of_error"] is not None
     drawn, (speed, amplitude, *rest) = new_grid(2 + varied + measured, result.attrs["title"], result.attrs["sentence"])
     _over_angle(speed, result, "speed_over_angle")
     _over_angle(amplitude, result, "amplitude_over_angle")
@@ -50,7 +49,7 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
         axis.set_yscale("log")
         axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(values[values > 0], initial=largest)) / 2), 2 * largest)
     _criterion(axis, result, name.partition("_")[0])
-    of = "amplitudes" if name.startswith("amplitude") else f"speeds of {summary_of(result)['speeds_of']}"
+    of = "amplitudes" if name.startswith("amplitude") else f"speeds of {result.wucht.summary['speeds_of']}"
     axis.set(xlabel="angle of the rotor $\\varphi$ (rad)", ylabel=with_unit(f"{of} differ by", unit))
 
 
@@ -94,7 +93,7 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _order(axis: Axes, result: xr.Dataset) -> None:
-    factor, error, summary = result.factor.values, result.error.values, summary_of(result)
+    factor, error, summary = result.factor.values, result.error.values, result.wucht.summary
     order, nominal = summary["order_of_error"], summary["nominal_order"]
     axis.set(xlabel="factor of $\\varepsilon$", ylabel=with_unit("error of the speeds", result.error.attrs["units"]))
     axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {order:.2f}")

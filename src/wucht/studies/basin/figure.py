@@ -14,7 +14,6 @@ from wucht.plots.marks import draw_region, field
 from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import colour_bar, legend_beside, new_grid
 from wucht.plots.style import GREY
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import named, percent, printed_unit, with_unit
 
 # Of each outcome colour (Okabe and Ito's, lightened or darkened so that those that are often neighbours differ in grey too)
@@ -35,7 +34,7 @@ _SCALE = "viridis"
 def figure(result: xr.Dataset) -> Figure:
     """The plane of both axes three times, from the Dataset alone; where the borders are refined, the refined map."""
     prefix = "refined_" if "refined_outcome" in result else ""
-    s = summary_of(result)
+    s = result.wucht.summary
     below = f"{' x '.join(map(str, s['levels'][-1]['cells']))} cells, {s['runs']} runs"
     maps = [name for name in (f"{prefix}settling_time", f"{prefix}peak_amplitude") if np.isfinite(result[name].values).any()]
     drawn, (outcomes, *axes) = new_grid(1 + len(maps), result.attrs["title"], below, heights=(3.2, 2.2), wide=1)
@@ -50,7 +49,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
     """The map of outcomes; what is what, with its share of the map."""
-    s, variable = summary_of(result), result[f"{prefix}outcome"]
+    s, variable = result.wucht.summary, result[f"{prefix}outcome"]
     fractions, off = s["fractions"], s["uncertainty"]
     flags = dict(zip(np.asarray(variable.flag_values).tolist(), str(variable.flag_meanings).split(), strict=True))
     present = [k for k in flags if (variable.values == k).any()]

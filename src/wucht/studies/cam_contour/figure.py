@@ -12,7 +12,6 @@ from wucht.plots.page import small
 from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, legend_below, named_in
 from wucht.plots.style import COLOURS, GREY, line_style
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import label
 from wucht.studies.cam_contour.figure_of_cam import draw_cam, is_missing
 
@@ -116,7 +115,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
 
 def _touched(axis: Axes, result: xr.Dataset) -> None:
     """Where a flat face is touched: as far from the rod's axis as its velocity by the cam angle says."""
-    _line(axis, result, (1e3 if summary_of(result)["clockwise"] else -1e3) * result.follower_velocity.values)
+    _line(axis, result, (1e3 if result.wucht.summary["clockwise"] else -1e3) * result.follower_velocity.values)
     axis.set_ylabel("face touched at y (mm)")
 
 

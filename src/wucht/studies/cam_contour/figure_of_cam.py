@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 
 from wucht.plots.cam_drawings import FOLLOWER, draw_circle, frame_cam
 from wucht.plots.style import COLOURS
-from wucht.results.conventions import summary_of
 
 _COLOUR = {"cam": COLOURS[0], "counter": COLOURS[1], "outer": COLOURS[2]}
 _NAMED = {"cam": "contour", "counter": "contour of the counter cam", "outer": "outer flank"}
@@ -44,7 +43,7 @@ def draw_cam(axis: Axes, result: xr.Dataset) -> None:
 def _turning(axis: Axes, result: xr.Dataset) -> None:
     """An arrow in the sense in which the cam turns."""
     extent = float(np.hypot(result.contour_x.values, result.contour_y.values).max())
-    radius, clockwise = 1e3 * max(0.3 * float(result.base_radius[0]), 0.12 * extent), summary_of(result)["clockwise"]
+    radius, clockwise = 1e3 * max(0.3 * float(result.base_radius[0]), 0.12 * extent), result.wucht.summary["clockwise"]
     begin, end = radius * np.exp(1j * np.radians([120, 60] if clockwise else [60, 120]))
     bend = f"arc3,rad={-0.3 if clockwise else 0.3}"
     arrow = {"arrowstyle": "->", "connectionstyle": bend, "color": FOLLOWER, "linewidth": 1.0}

@@ -13,7 +13,6 @@ from wucht.plots.cam_drawings import draw_bars_from
 from wucht.plots.scales import plain_decades
 from wucht.plots.sheet import legend_below, named_in, new_grid
 from wucht.plots.style import COLOURS, FREE, GREY, HATCHED
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import with_unit
 from wucht.studies.cam_correction.figure_of_contours import LOOKS, draw_contours, draw_table
 
@@ -66,7 +65,7 @@ def _order_axis(axis: Axes, count: int) -> None:
 
 
 def _spectrum(axis: Axes, result: xr.Dataset) -> None:
-    k, s = result.order.values, summary_of(result)
+    k, s = result.order.values, result.wucht.summary
     floor = _LEAST * float(result.amplitude.sel(version="corrected", order=s["reference_order"]))
     for side, version in zip((-0.2, 0.2), LOOKS, strict=True):
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
@@ -92,7 +91,7 @@ def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(1e3 * result.time.values, _RPM * result.shaft_speed.values, color=COLOURS[0], linewidth=1.3)
-    axis.axhline(_RPM * summary_of(result)["mean_speed"], **FREE, label="mean speed")
+    axis.axhline(_RPM * result.wucht.summary["mean_speed"], **FREE, label="mean speed")
     _time_axis(axis, result)
     axis.ticklabel_format(axis="y", useOffset=False)
     axis.set_ylabel("speed of the shaft (rpm)")
@@ -112,7 +111,7 @@ def _speed_orders(axis: Axes, result: xr.Dataset) -> None:
 
 def _measured_time(axis: Axes, result: xr.Dataset) -> None:
     """As figures 2 and 4 of 004: beside what the cam should make. The samples are those of all turns."""
-    version, time = summary_of(result)["measured"]["cam"], 1e3 * result.time.values
+    version, time = result.wucht.summary["measured"]["cam"], 1e3 * result.time.values
     sampled = time[-1] * result.sample_tau.values / (2 * np.pi)
     dots: dict[str, Any] = {"color": GREY, "marker": ".", "linestyle": "", "markeredgewidth": 0}
     axis.plot(sampled, result.sample_acceleration.values, markersize=2.2, alpha=0.35, rasterized=True, **dots)
@@ -124,7 +123,7 @@ def _measured_time(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
-    k, colour = result.order.values, LOOKS[summary_of(result)["measured"]["cam"]]["color"]
+    k, colour = result.order.values, LOOKS[result.wucht.summary["measured"]["cam"]]["color"]
     both = np.array([result.computed_amplitude.values, result.measured_amplitude.values])
     highest = float(np.nanmax(both))
     floor = min(max(_LEAST_MEASURED * highest, 0.5 * float(np.nanmin(both))), _MOST_MEASURED * highest)

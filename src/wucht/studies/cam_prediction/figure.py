@@ -16,7 +16,6 @@ from wucht.plots.page import small
 from wucht.plots.scales import decades_about, plain_decades, travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, legend_above, named_in
 from wucht.plots.style import COLOURS, FREE, GREY, GUIDE, HATCHED
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import with_unit
 
 Panel = Callable[[Axes, xr.Dataset], None]
@@ -37,7 +36,7 @@ _TURN = "time of a turn (°)"
 def figure(result: xr.Dataset) -> Figure:
     """Four panels; with a drive one more, with an elastic output two, with an elastic shaft one; the law fills the last row."""
     panels: list[Panel] = [_speed, _spectrum, _power]
-    panels += [_drive] if summary_of(result)["driven"] == "drive" else []
+    panels += [_drive] if result.wucht.summary["driven"] == "drive" else []
     panels += [_cuts] if len(result.cut) else [_law]
     panels += [_over_speed, _excited] if "residual_deviation" in result else []
     panels += [_twist] if "twist_residual" in result and len(result.twisted) else []
@@ -66,7 +65,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         at = np.degrees(result.simulated_tau.values)
         for n, row in enumerate(_RPM * result.simulated_speed.values):
             axis.plot(at, row, label=_SIMULATED if n == 0 else None, **_DOT)
-    axis.axhline(_RPM * summary_of(result)["corrected"]["mean_speed"], **GUIDE)
+    axis.axhline(_RPM * result.wucht.summary["corrected"]["mean_speed"], **GUIDE)
     axis.set_ylabel("speed of the shaft (rpm)")
     axis.ticklabel_format(axis="y", useOffset=False)
 
@@ -80,7 +79,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
         if "simulated_acceleration" in result:
             dots = result.simulated_acceleration.sel(cam=name).values[: len(k)]
             axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATED if aside > 0 else None, **_DOT)
-    count = summary_of(result)["above"]["orders"]
+    count = result.wucht.summary["above"]["orders"]
     if k[0] <= count < k[-1]:
         axis.axvline(count + 0.5, **GUIDE)
     axis.set(yscale="log", ylim=(lowest, 3 * shown.max()))
@@ -94,7 +93,7 @@ def _power(axis: Axes, result: xr.Dataset) -> None:
     degrees = np.degrees(result.tau.values)
     even = result.power_at_constant_speed.values / 1e3
     axis.plot(degrees, even, color=COLOURS[6], linewidth=1.1, linestyle="--", label="at constant speed", zorder=3)
-    if summary_of(result)["driven"] == "eigenmotion":
+    if result.wucht.summary["driven"] == "eigenmotion":
         axis.axhline(0.0, color=COLOURS[0], linewidth=1.3, label="eigenmotion")
     else:
         power = result.drive_power.sel(cam="corrected").values / 1e3
@@ -111,7 +110,7 @@ def _drive(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _cuts(axis: Axes, result: xr.Dataset) -> None:
-    cuts, left, above = result.cut.values, result.cut_residual.values, summary_of(result)["above"]
+    cuts, left, above = result.cut.values, result.cut_residual.values, result.wucht.summary["above"]
     axis.plot(cuts, left, "o-", color=COLOURS[1], linewidth=1.1, markersize=5)
     if above["law"] > _NOTHING:
         axis.axhline(above["law"], label="the law itself", **GUIDE)
@@ -146,7 +145,7 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
         if named - at >= _APART * (speeds[-1] - speeds[0]):  # from the fastest on
             named = at
             _at_foot(axis, f"k = {k}", at, 0, ha="center", bbox=box)
-    mean = _RPM * summary_of(result)["corrected"]["mean_speed"]
+    mean = _RPM * result.wucht.summary["corrected"]["mean_speed"]
     if speeds[0] <= mean <= speeds[-1]:
         axis.axvline(mean, label="mean speed", **FREE)
     axis.set(yscale="log", ylim=decades_about(deviations), xlim=(speeds[0], speeds[-1]))
@@ -171,7 +170,7 @@ def _excited(axis: Axes, result: xr.Dataset) -> None:
 
 def _twist(axis: Axes, result: xr.Dataset) -> None:
     """What each cam leaves behind the shaft that twists."""
-    names, left, above = result.twisted.values.tolist(), result.twist_residual.values, summary_of(result)["above"]
+    names, left, above = result.twisted.values.tolist(), result.twist_residual.values, result.wucht.summary["above"]
     named = [f"{name}: {100 * x:.3g} %" if x > _CLEAN else f"{name}: nothing" for name, x in zip(names, left, strict=True)]
     colours = [_COLOURS.get(name.removesuffix(" cam"), COLOURS[2]) for name in names]
     _bars(axis, left, colours, named, (_CLEAN, max(decades_about(left)[1], 1.0)))

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import legend_above, legend_beside, new_grid
 from wucht.plots.style import COLOURS, GREY
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import named, with_unit
 
 _BAR = 0.36
@@ -21,7 +20,7 @@ _LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("tota
 
 def figure(result: xr.Dataset) -> Figure:
     """The probability with its band, the one that is wanted, and where it is reached; beside it Sobol' indices if asked."""
-    s = summary_of(result)
+    s = result.wucht.summary
     known = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
     drawn, panels = new_grid(1 + known, result.attrs["title"], runs, columns=1 + known, heights=2.8)

@@ -11,7 +11,6 @@ from wucht.plots.curves import RESIDUAL, draw_residual
 from wucht.plots.scales import name_speeds, printed
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, mark_levels
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label
 
 
@@ -36,7 +35,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     """The mean over each turn, the band within which the speed swings, and the two times that are asked for."""
-    summary, time, blue = summary_of(result), result.time, COLOURS[0]
+    summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
     start, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
     low, high, pale = result.min_speed, result.max_speed, COLOURS[4]
     axis.fill_between(time, low, high, color=pale, alpha=0.5, linewidth=0, label="range of the speed")

@@ -14,7 +14,6 @@ from wucht.plots import style
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import printed
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import printed_unit, value_in_words, wrapped
 from wucht.studies.comparison.report import names_of, shown_numbers
 
@@ -35,7 +34,7 @@ def figure(result: xr.Dataset) -> Figure:
     curves, numbers = range(1, min(count, _MOST_CURVES) + 1), shown_numbers(result)[:_MOST_NUMBERS]
     if not count and not numbers:
         return _in_words(result)
-    numbers = numbers if summary_of(result)["vary"] or not count else []
+    numbers = numbers if result.wucht.summary["vary"] or not count else []
     alike, panels = len({tuple(x.attrs.values()) for x in _abscissae(result)}) == 1, len(curves) + len(numbers)
     columns = 1 if panels == 1 or (not numbers and alike) else 2
     drawn, axes = new_grid(max(panels, 1), title, sentence, columns=columns, heights=_PANEL)
@@ -43,7 +42,7 @@ def figure(result: xr.Dataset) -> Figure:
         _curves(axis, result, k, _names(result))
     for name, axis in zip(numbers, axes[len(curves) :], strict=False):
         _numbers(axis, result, name)
-    named, paths = axes[0].get_legend_handles_labels()[0], list(summary_of(result)["vary"])
+    named, paths = axes[0].get_legend_handles_labels()[0], list(result.wucht.summary["vary"])
     if curves:
         legend_below(drawn, named, "; ".join(_titles(result, paths)) or None)
     if numbers and (groups := named_in(axes[len(curves) : len(curves) + 1])):
@@ -83,7 +82,7 @@ def _with_curves(result: xr.Dataset) -> list[int]:
 
 def _words_of(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
     """A variant by its name and the values of what is varied (paths: of some of it)."""
-    paths = list(summary_of(result)["vary"]) if paths is None else paths
+    paths = list(result.wucht.summary["vary"]) if paths is None else paths
     name = names_of(result)[variant]
     return "; ".join([*([name] if name else []), *(_value(result, path, variant) for path in paths)])
 
@@ -105,7 +104,7 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A number over the first key that is varied, a line for each file and value of the second; else over the variants."""
-    (values, shown), paths = printed(result, name), list(summary_of(result)["vary"])
+    (values, shown), paths = printed(result, name), list(result.wucht.summary["vary"])
     continuous = bool(paths) and result[paths[0]].dtype.kind == "f"
     axis.set_ylabel(shown)
     groups = _groups(result, paths[1:]) if paths else [list(range(len(values)))]

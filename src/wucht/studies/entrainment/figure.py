@@ -16,7 +16,6 @@ from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import meeting
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.report import band_in_words
 
@@ -29,7 +28,7 @@ _ORBIT: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerfacecol
 
 def figure(result: xr.Dataset) -> Figure:
     """Two panels from the Dataset alone: phases in degrees, stable solid and unstable dashed; and the mean speed."""
-    summary, unit = summary_of(result), result.attrs["along_unit"]
+    summary, unit = result.wucht.summary, result.attrs["along_unit"]
     subtitle, exists, reached = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
     if result.attrs["finished"] and exists is not None:
         start = "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"

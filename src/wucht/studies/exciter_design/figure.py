@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from wucht.plots.scales import plain_decades
 from wucht.plots.sheet import colour_bar, draw_panels
 from wucht.plots.style import COLOURS, GUIDE, line_style
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _TICKS = 5
@@ -92,12 +91,12 @@ def _search(axis: Axes, result: xr.Dataset) -> None:
     axis.set_yscale("log")
     plain_decades(axis.yaxis)
     axis.set(title="search with the averaged equations", xlabel="candidate")
-    axis.set_ylabel(f"distance, {summary_of(result)['metric']}")
+    axis.set_ylabel(f"distance, {result.wucht.summary['metric']}")
 
 
 def _tolerances(axis: Axes, result: xr.Dataset) -> None:
     """The share of the exciters within tolerances that are nearer than a distance."""
-    s, far = summary_of(result), result["tolerance_distance"].values
+    s, far = result.wucht.summary, result["tolerance_distance"].values
     near = np.sort(far[np.isfinite(far)])
     if len(near):
         name = f"all that is varied, ±{s['tolerances']['spread']:.1%}"

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import draw_panels
 from wucht.plots.style import COLOURS, line_style
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 _MOST_MARKED = 60  # readings that have a mark each
@@ -30,7 +29,7 @@ def _over_time(axis: Axes, result: xr.Dataset, name: str) -> None:
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
-    s, time = summary_of(result), result["reading_time"].values
+    s, time = result.wucht.summary, result["reading_time"].values
     axis.set_title("speed that the sensor reads")
     axis.plot(time, result["reading"].values, ".", color=COLOURS[4], markersize=2.5, label="readings, with noise")
     axis.plot(time, result["speed"].values, color=COLOURS[0], linewidth=1.0, label="without noise")
@@ -58,7 +57,7 @@ def _alarm(axis: Axes, result: xr.Dataset) -> None:
     axis.step(at[:last], probability[:last], where="post", label="alarm of the chart", **line_style(0))
     if last <= _MOST_MARKED:
         axis.plot(at[:last], probability[:last], "o", color=COLOURS[0], markersize=2.5)
-    if (mean := summary_of(result)["delay"]["mean"]) is not None:
+    if (mean := result.wucht.summary["delay"]["mean"]) is not None:
         axis.axvline(mean, color=COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
     axis.set_xlabel(label(result, "alarm_time"))
 

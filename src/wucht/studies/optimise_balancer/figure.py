@@ -15,7 +15,6 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.plots.style import COLOURS, GREY
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import bodies_in_words, with_unit
 
 _MARKS = "os^Dv<>ph*"
@@ -39,7 +38,7 @@ _DECAYED = math.log(100)  # a deviation has decayed to 1 %
 
 def figure(result: xr.Dataset) -> Figure:
     """From the Dataset alone: panels of two objectives each that differ at all, and the damping curve."""
-    s = summary_of(result)
+    s = result.wucht.summary
     objectives = [str(o) for o in result.objective.values]
     shown = [o for o in s["objectives"] if _differs(result, objectives.index(o))] or s["objectives"][:1]
     pairs = list(combinations(shown, 2)) or [(shown[0], shown[0])]

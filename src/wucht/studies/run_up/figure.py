@@ -10,7 +10,6 @@ import numpy as np
 from wucht.plots import sheet, style
 from wucht.plots.curves import RESIDUAL, angle_panel, draw_angles, draw_residual, draw_swings, thinned
 from wucht.plots.scales import name_speeds, plain_decades
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 if TYPE_CHECKING:
@@ -106,7 +105,7 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     if "vibration_frequency" in result and np.isfinite(float(result.vibration_frequency)):
         driven = float(result.vibration_frequency)
         axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
-    natural = sorted({round(f, 9) for f in summary_of(result)["natural_frequencies"].values() if f is not None})
+    natural = sorted({round(f, 9) for f in result.wucht.summary["natural_frequencies"].values() if f is not None})
     signed = [-f if free < 0 else f for f in natural]
     style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
     name_speeds(axis, result)
@@ -176,7 +175,7 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
 def _figure_of_many(result: xr.Dataset) -> Figure:
     """Two panels of many run-ups: speed and amplitude of each case, named at the ends of the lines where there is room."""
     drawn, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
-    cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, printed_unit(result, "amplitude")
+    cases, over, (scale, unit) = result.wucht.summary["cases"], "abscissa" in result, printed_unit(result, "amplitude")
     few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))
     for k, case in enumerate(cases):
         run = result.isel(case=k)

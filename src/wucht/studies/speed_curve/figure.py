@@ -16,7 +16,6 @@ from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
 from wucht.plots.stability_lines import smooth_curve, stretches
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, named, printed_unit, with_unit
 
 Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of the parameter's values and what there is: what is drawn
@@ -78,7 +77,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _ratio(result: xr.Dataset) -> Shown | None:
     """What is drawn over a parameter that is a speed too: the ratio to it. None: what is drawn is drawn itself."""
-    both = (summary_of(result)["show"], result.attrs["along_unit"], result.speed.attrs["units"])
+    both = (result.wucht.summary["show"], result.attrs["along_unit"], result.speed.attrs["units"])
     if not result.sizes["point"] or both[0] is not None or not both[1] or both[1] != both[2]:
         return None
     least = _NONE * max(abs(result.attrs["low"]), abs(result.attrs["high"]))
@@ -103,7 +102,7 @@ def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, co
             axis.plot(*smooth_curve(points, panel, begin, end), color=colours[key], **_LINES[code])
     _special_points(axis, result, name, of)
     if result.sizes["own"]:
-        axis.axvline(summary_of(result)["value"], zorder=1, **GUIDE)
+        axis.axvline(result.wucht.summary["value"], zorder=1, **GUIDE)
     axis.margins(y=_ROOM)
     if np.nanmin(y, initial=np.inf) >= 0 and (shown is None or name == "amplitude"):
         axis.set_ylim(bottom=0)
@@ -157,7 +156,7 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
         name = kind.replace("-", " ").replace("hopf", "Hopf").replace("bogdanov takens", "Bogdanov-Takens")
         axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrapped(name))
     axis.set_ylabel(with_unit(str(result.attrs["second_symbol"]), result.attrs["second_unit"]))
-    axis.axhline(summary_of(result)["second_value"], zorder=1, **GUIDE)
+    axis.axhline(result.wucht.summary["second_value"], zorder=1, **GUIDE)
     legend_beside(axis)
 
 
@@ -244,7 +243,7 @@ def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list
     handles += [entry(_WORDS[code], color=single, **_LINES[code]) for code in sorted(used)]
     handles += entries_of_kinds(result.special_kind.values, _MARKS)
     if result.sizes["own"]:
-        own = _with_its_unit(f"{summary_of(result)['value']:.5g}", result.attrs["along_unit"])
+        own = _with_its_unit(f"{result.wucht.summary['value']:.5g}", result.attrs["along_unit"])
         value = f"as it is: {own}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {own}"
         handles.append(entry(value, **GUIDE))
     return handles

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
-from wucht.results.conventions import summary_of
 from wucht.results.formatting import label, named, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
 
@@ -42,7 +41,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _subtitle(result: xr.Dataset) -> str:
     """Where it jumps; else the answer in words."""
-    jumps, along, unit = summary_of(result)["jumps"], result.attrs["along"], result.attrs["along_unit"]
+    jumps, along, unit = result.wucht.summary["jumps"], result.attrs["along"], result.attrs["along_unit"]
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
     values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
