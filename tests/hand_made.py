@@ -3,12 +3,58 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from wucht.results.quantities import Answer, Quantity
 from wucht.studies.runner import draw
+
+UNITS = {
+    "rad/s": (
+        "final_speed",
+        "min_speed",
+        "max_speed",
+        "free_speed",
+        "speed",
+        "no_load_speed",
+        "mean_speeds",
+        "natural_frequencies",
+    ),
+    "m": ("final_amplitude", "peak_amplitude", "amplitude", "stroke"),
+    "s": ("settling_time", "amplitude_settling_time", "modulation_period", "half_time", "reversal_time", "end_time"),
+    "rad": ("final_phases", "rotor_phases", "throw_direction", "deck"),
+    "N m": ("torque",),
+    "N m s": ("slope",),
+}  # fmt: skip
+_UNIT_OF = {name: unit for unit, names in UNITS.items() for name in names}
+
+
+def answered(
+    result: xr.Dataset,
+    summary: Mapping[str, Any],
+    sentence: str = "",
+    warnings: Sequence[str] = (),
+    failure: str | None = None,
+    dimensionless: bool = False,
+) -> xr.Dataset:
+    """A Dataset with a summary made by hand, whose numbers have the units of keys of their names."""
+    units = {} if dimensionless else _UNIT_OF
+
+    def stated(name: str, value: Any) -> Quantity:
+        parts = {inner: (inner, unit) for inner, unit in units.items() if inner != name}
+        return Quantity(name, value, name, units.get(name, ""), parts=parts)
+
+    quantities = [stated(name, value) for name, value in summary.items() if name != "sentence"]
+    return Answer(quantities, sentence or summary.get("sentence", ""), warnings, (), failure).dataset(result)
+
+
+def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> tuple[tuple[str, ...], Any, dict[str, str]]:
+    """A variable of such a Dataset."""
+    return tuple(dimensions.split()), np.asarray(values), {"long_name": long_name, "units": units}
 
 
 def with_answer(result: xr.Dataset, **answer: Any) -> xr.Dataset:

@@ -86,9 +86,9 @@ def test_start_states_of_a_slider() -> None:
 def test_the_motion_of_a_held_body_is_not_varied() -> None:
     machine = machine_from({"carrier": {"stiffness": 1e4, "damping": 1.0}, "bodies": [ROTOR], "drive": HELD})
     for name in ("drum", "drum.angle", "drum.speed"):
-        with refused("study.along", "the drive prescribes", given=name):
+        with refused("study.along", given=name, code="prescribed"):
             varied_of(machine, name, "along")
-    with refused("study.along", "neither a start state nor a parameter", given="drum.sped"):
+    with refused("study.along", given="drum.sped", code="unknown-name"):
         varied_of(machine, "drum.sped", "along")
 
 
@@ -135,7 +135,7 @@ def test_the_motion_for_which_a_cam_is_corrected() -> None:
     assert motion.mean == pytest.approx(50.0) and motion.fluctuation == pytest.approx(0.0, abs=1e-12)
     free = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)).turning_with_corrected_cam
     assert free.mean == pytest.approx(50.0) and free.fluctuation > 1e-4
-    with refused("speed", given=None):
+    with refused("speed", given=None, code="missing"):
         _ = wucht.CamDrive(LAW).turning_with_corrected_cam
 
 
@@ -149,7 +149,7 @@ def test_folders_that_cannot_be_made(tmp_path: Path) -> None:
     with refused("-o", "this cannot be the name of a folder", given="a\0b"):
         prepare_folder(Path("a\0b"))
     (tmp_path / "out" / "result.nc").mkdir(parents=True)
-    with refused("-o", "a folder is in the place of the file result.nc", given=str(tmp_path / "out")):
+    with refused("-o", "result.nc", given=str(tmp_path / "out"), code="folder"):
         prepare_folder(tmp_path / "out", ["result.nc"])
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from tests.hand_made import variable
 
-from wucht.results.conventions import variable
 from wucht.results.series import save_csv
 
 

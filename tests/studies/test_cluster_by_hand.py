@@ -114,7 +114,7 @@ def test_other_versions_are_refused() -> None:
         (client(here, a=here, b={"packages": {}}), "the worker b has no wucht; this process has"),
         (client(None), "the scheduler has no wucht"),
     ):
-        with refused("--scheduler", says, given="address"):
+        with refused("--scheduler", says, given="address", code="other-version"):
             _check_versions(made, "address")
 
 

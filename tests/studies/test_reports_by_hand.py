@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import titled, warnings_of, with_answer
+from tests.hand_made import answered, titled, variable, with_answer
 from tests.refusals import refused
 
 import wucht
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Answer, Quantity
 from wucht.studies.load_keys import Woehler, woehler_at, woehler_line
 from wucht.studies.registry import study_of
+from wucht.studies.run_up import both_models
 from wucht.studies.run_up.both_models import joined
 
 AT = "10 rad/s (95 rpm)"
 
 
 def lines(kind: str, dimensionless: bool = False, data: Any = None, /, **summary: Any) -> list[str]:
-    made = titled(answered(xr.Dataset(data or {}), summary, ""), dimensionless)
+    made = titled(answered(xr.Dataset(data or {}), summary, dimensionless=dimensionless), dimensionless)
     told: list[str] = study_of(kind).report(made)
     return told
 
@@ -120,12 +121,25 @@ def test_woehler_lines() -> None:
             woehler_line(read({"k": 5, "ND": 1e6, "SD": knee}), "m", "study.woehler")
 
 
-def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one() -> None:
-    time = {"time": ("time", [0.0, 1.0, 2.0])}
-    full, slow = (xr.Dataset(coords=time, attrs={"warnings": '["w"]', "failure": "", "summary": "{}"}) for _ in range(2))
-    assert joined([SimpleNamespace()], [full]) is full  # type: ignore[list-item]
-    slow.attrs["failure"] = "it burst"
-    with suppress(AttributeError, KeyError):  # the motions are none: the warning is there before they are asked
-        joined([SimpleNamespace(), SimpleNamespace()], [full, slow])  # type: ignore[list-item]
-    assert warnings_of(full) == ["w", "averaged equations: it burst"]
-    assert np.array_equal(full.time.values, [0.0, 1.0, 2.0])
+def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    speed, radius = (
+        Quantity("speed", [[1.0, 2.0, 3.0]], "speed", "rad/s", "body time"),
+        Quantity("radius", [0.0] * 3, "r", "m", "time"),
+    )
+    full = Answer([speed, radius], "full", ["w"])
+    slow = Answer([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
+    motions = [SimpleNamespace(), SimpleNamespace()]
+    assert joined(motions[:1], [full]) is full  # type: ignore[arg-type]
+    monkeypatch.setattr(both_models, "course_of", lambda motion: None)
+    for name in ("at_equal_angle", "at_equal_phase"):
+        monkeypatch.setattr(both_models, name, lambda *courses: None)
+    both = joined(motions, [full, slow])  # type: ignore[arg-type]
+    assert both.warnings == ["w", "averaged equations: it burst"]
+    assert both.attributes == {"model": "both"}
+    result = both.dataset()
+    assert result.slow_speed.values[0, :2].tolist() == [5.0, 6.0]
+    assert np.isnan(result.slow_speed.values[0, 2])
+    assert result.slow_radius.dims == ("time",)
+    assert result.slow_speed.attrs == {"long_name": "speed, averaged equations", "units": "rad/s"}
+    assert result.wucht.summary["slow"] == {"sentence": "slow"}
+    assert result.wucht.summary["deviations"] == {"at_equal_angle": None, "at_equal_phase": None}

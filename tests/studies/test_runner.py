@@ -19,9 +19,9 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.saving import save_figure
-from wucht.results.conventions import answered, variable
 from wucht.results.loading import load
 from wucht.results.output_folder import NEW
+from wucht.results.quantities import Quantity, answer
 from wucht.schema import si
 from wucht.studies import runner
 from wucht.studies.memory import Memory
@@ -86,12 +86,13 @@ def run(plan: tuple[Squares, list[float]], work: Work) -> Iterator[tuple[Square,
 
 
 def dataset(plan: tuple[Squares, list[float]], squares: tuple[Square, ...]) -> xr.Dataset:
-    actual = xr.Dataset({
-        "square": variable("number", [s.value for s in squares], "square"),
-        "noise": variable("number component", np.array([s.noise for s in squares]).reshape(-1, 3), "noise"),
-    })  # fmt: skip
+    quantities = [
+        Quantity("square", [s.value for s in squares], "square", "", "number"),
+        Quantity("noise", np.array([s.noise for s in squares]).reshape(-1, 3), "noise", "", "number component"),
+        Quantity("sum", sum(s.value for s in squares), "sum"),
+    ]
     failure = "it is negative" if plan[0].times < 0 else None
-    return answered(actual, {"sum": sum(s.value for s in squares)}, "done", ["squares are large"], failure)
+    return answer(quantities, "done", ["squares are large"], failure=failure)
 
 
 def figure(result: xr.Dataset) -> Any:
@@ -139,7 +140,7 @@ def test_what_every_result_has(tmp_path: Path) -> None:
     assert result.wucht.warnings == ["they are few", "squares are large"]
     assert (result.attrs["title"], result.attrs["dimensionless"], result.attrs["finished"]) == ("numbers", 1, 1)
     assert json.loads(result.attrs["input"])["study"] == {"kind": "squares", "count": 3.0, "times": 1.0}
-    assert result.wucht.summary == {"sum": 14.0}
+    assert result.wucht.summary == {"sentence": "done", "sum": 14.0}
     assert load(tmp_path / "result.nc").equals(result)
     assert ask(Squares(count=3), [1.0, 2.0, 3.0], folder=str(tmp_path), resume=True).equals(result)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["result.nc"], "units are forgotten once the study is finished"
@@ -275,7 +276,7 @@ def test_a_finished_result_of_another_question_is_not_handed_back(tmp_path: Path
     memory.keep("square 0", Square(1.0, np.random.default_rng(0).normal(size=3)))
     memory.flush()
     computed.clear()
-    assert ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True).wucht.summary == {"sum": 5.0}
+    assert ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True).wucht.summary == {"sentence": "done", "sum": 5.0}
     assert computed == ["square 1"]
 
 

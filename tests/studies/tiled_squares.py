@@ -18,7 +18,7 @@ import xarray as xr
 
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.schema import si
 from wucht.studies.cluster import TaskReport
 from wucht.studies.spec import Spec
@@ -95,8 +95,12 @@ def run(plan: tuple[TiledSquares, Path], work: Work) -> Iterator[tuple[Square, .
 def dataset(plan: tuple[TiledSquares, Path], squares: tuple[Square, ...]) -> xr.Dataset:
     numbers = np.array([s.number for s in squares], int)
     noise = np.array([s.noise for s in squares]).reshape(-1, 50)
-    data = {"square": variable("number", numbers**2, "square"), "noise": variable("number component", noise, "noise")}
-    return answered(xr.Dataset(data), {"count": len(squares)}, "done", [])
+    quantities = [
+        Quantity("square", numbers**2, "square", "", "number"),
+        Quantity("noise", noise, "noise", "", "number component"),
+        Quantity("count", len(squares), "number of squares"),
+    ]
+    return answer(quantities, "done")
 
 
 def figure(result: xr.Dataset) -> Any:

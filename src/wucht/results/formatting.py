@@ -78,6 +78,7 @@ class ReportLines:
             return ", ".join(f"{name}: {self.written(v, unit, form)}" for name, v in value.items()) or "none"
         if form.endswith("%"):
             return f"{100 * value:{form[:-1] or '.3g'}} %"
+        unit = "" if self._result.dimensionless and unit != "rad" else unit
         base, per, order = unit.partition("/rad") if unit not in _WRITTEN else (unit, "", "")
         if form or base not in _WRITTEN:
             return f"{value:{form or ('.5g' if self._result.dimensionless else '.4g')}} {unit}".rstrip()

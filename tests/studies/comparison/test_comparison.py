@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests import refusals
+from tests.hand_made import variable
 
 import figure_checks
 import wucht as package
 from wucht.errors import InputError
 from wucht.plots.page import JOURNAL, PRINT
-from wucht.results.conventions import variable
 from wucht.results.formatting import printed_unit
 from wucht.studies.comparison import run as comparison_run
 from wucht.studies.comparison.compared import compared, refused

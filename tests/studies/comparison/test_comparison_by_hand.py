@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from tests.hand_made import drawn
+from tests.hand_made import answered, drawn, variable
 from tests.refusals import refused
-from wucht.results.style import GREY, line_style
 
 from wucht.errors import InputError
-from wucht.results.conventions import answered, variable
+from wucht.plots.style import GREY, line_style
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import read_comparison

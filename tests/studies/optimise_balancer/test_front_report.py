@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import titled
+from tests.hand_made import answered, titled
 from tests.refusals import refused
 
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.results.conventions import answered
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import study_of
 

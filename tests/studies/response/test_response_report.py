@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from tests.hand_made import titled
+from tests.hand_made import answered, titled, variable
 
-from wucht.results.conventions import answered, variable
 from wucht.studies.registry import study_of
 
 STUDY = study_of("response")

@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from tests.hand_made import titled
+from tests.hand_made import answered, titled
 
-from wucht.results.conventions import answered
 from wucht.studies.registry import study_of
 
 STUDY = study_of("run-up")
@@ -24,7 +23,7 @@ SPEED = "10 rad/s (95 rpm)"
 
 
 def lines(dimensionless: bool = False, /, **summary: Any) -> list[str]:
-    made = answered(xr.Dataset(), summary, "")
+    made = answered(xr.Dataset(), summary, dimensionless=dimensionless)
     told: list[str] = STUDY.report(titled(made, dimensionless))
     return told
 

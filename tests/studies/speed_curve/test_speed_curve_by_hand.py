@@ -12,13 +12,13 @@ import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from tests.hand_made import drawn, titled, warnings_of, with_answer
-from wucht.results.style import COLOURS, GREY
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.steady_states import Kind
 from wucht.files.own_equations import OwnEquations
+from wucht.plots.style import COLOURS, GREY
 from wucht.studies.registry import study_of
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System

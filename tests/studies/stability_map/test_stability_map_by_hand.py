@@ -270,7 +270,7 @@ def test_its_run_is_that_of_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_third_parameter_is_one_of_the_equations() -> None:
-    with refused("study.eliminate", given="t"):
+    with refused("study.eliminate", given="t", code="unknown-parameter"):
         plan(orbits=True, eliminate="t", eliminate_range=[0.0, 1.0])
     with refused("study.eliminate_range", given=[1.0, 0.0]):
         plan(orbits=True, eliminate="s", eliminate_range=[1.0, 0.0])
