@@ -29,7 +29,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble
 from wucht.numerics.flow.heyoka_engine import translation
 from wucht.numerics.flow.program import lower
-from wucht.studies.basin.prepare import prepare
+from wucht.studies.basin.computation import prepare
 from wucht.studies.basin.spec import Basin
 from wucht.studies.runner import run
 

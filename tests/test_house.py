@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from wucht.studies.registry import studies
+
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
     "errors", "schema", "disk_cache", "file_names", "piecewise", "system", "kinds", "results", "numerics", "fatigue",
@@ -18,7 +20,10 @@ FLOORS = [
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
            for path in sorted(SOURCE.rglob("*.py"))}  # fmt: skip
-STUDIES = sorted(p.parent.name for p in (SOURCE / "studies").glob("*/spec.py"))
+# Studies are folders, or single modules with a template beside them.
+STUDIES = sorted(
+    [p.parent.name for p in (SOURCE / "studies").glob("*/spec.py")] + [p.stem for p in (SOURCE / "studies").glob("*.toml")]
+)
 
 
 @cache
@@ -107,19 +112,68 @@ def test_what_lies_below_the_plots_draws_nothing(module: str) -> None:
     assert not {n for n in names if n.split(".")[0] == "matplotlib"}
 
 
+@cache
+def _definitions(module: str) -> dict[str, ast.stmt]:
+    """What a module defines or imports at its top, by name."""
+    found: dict[str, ast.stmt] = {}
+    body = ast.parse(_text(MODULES[module])).body
+    for node in [inner for one in body for inner in (one.body if isinstance(one, ast.If) else [one])]:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found[node.name] = node
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                found |= {n.id: node for n in ast.walk(target) if isinstance(n, ast.Name)}
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            found |= {(a.asname or a.name).split(".")[0]: node for a in node.names}
+    return found
+
+
+def _used_by(module: str, name: str, own: str) -> set[str]:
+    """The modules of wucht that a function uses, whatever it calls in the modules of ``own`` on its way."""
+    modules, done, pending = set[str](), set[tuple[str, str]](), [(module, name)]
+    while pending:
+        where, what = pending.pop()
+        node = _definitions(where).get(what)
+        if node is None or (where, what) in done:
+            continue
+        done.add((where, what))
+        if not isinstance(node, ast.Import | ast.ImportFrom):
+            pending += [(where, n.id) for n in ast.walk(node) if isinstance(n, ast.Name)]
+        elif isinstance(node, ast.ImportFrom) and str(node.module).startswith("wucht"):
+            inside = f"{node.module}.{what}"
+            if inside in MODULES:
+                modules.add(inside)
+            elif str(node.module) == own or str(node.module).startswith(f"{own}."):
+                pending.append((str(node.module), what))
+            else:
+                modules.add(str(node.module))
+    return modules
+
+
+def test_what_a_function_uses_is_followed_into_what_it_calls() -> None:
+    """The next test would not notice much, were it not so."""
+    module = "wucht.studies.torque_balance"
+    assert "wucht.dynamics.work" in _used_by(module, "run", module)
+    assert "wucht.analysis.working_points" in _used_by(module, "prepare", module)
+    assert "wucht.results.formatting" in _used_by(module, "report", module)
+
+
+@pytest.mark.parametrize("part", ["figure", "report"])
 @pytest.mark.parametrize("study", STUDIES)
-def test_figures_and_reports_know_datasets_alone(study: str) -> None:
-    folder = SOURCE / "studies" / study
-    own = {f"wucht.studies.{study}.{p.stem}" for pattern in ("figure*.py", "report*.py") for p in folder.glob(pattern)}
-    for module in own:
-        others = {m for m in _imports(MODULES[module]) if _floor(m) not in ("plots", "results", "errors")}
-        assert others <= own, module
+def test_figures_and_reports_know_datasets_alone(study: str, part: str) -> None:
+    whole = f"wucht.studies.{study}"
+    within = [m for m in MODULES if m == whole or m.startswith(f"{whole}.")]
+    (module,) = [m for m in within if isinstance(_definitions(m).get(part), ast.FunctionDef)]
+    used = _used_by(module, part, whole)
+    assert {m for m in used if _floor(m) not in ("plots", "results", "errors")} == set()
 
 
 @pytest.mark.parametrize("study", STUDIES)
 def test_specs_know_no_machine(study: str) -> None:
-    floors = {_floor(m) for m in _imports(MODULES[f"wucht.studies.{study}.spec"])}
-    assert not floors & {"machines", "files", "analysis"}
+    spec = studies()[study.replace("_", "-")].spec
+    used = _used_by(spec.__module__, spec.__name__, f"wucht.studies.{study}")
+    assert used
+    assert not {_floor(m) for m in used} & {"machines", "files", "analysis"}
 
 
 @pytest.mark.parametrize("study", STUDIES)
@@ -136,16 +190,19 @@ def test_no_study_imports_another(study: str) -> None:
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_a_study_is_one_folder(study: str) -> None:
-    parts = {p.name for p in (SOURCE / "studies" / study).iterdir()}
-    assert {"spec.py", "prepare.py", "run.py", "dataset.py", "figure.py", "report.py", "template.toml"} <= parts
-    words = (f"studies.{study}", f'"{study.replace("_", "-")}"')
+def test_a_study_is_a_module_or_a_folder_of_what_it_needs(study: str) -> None:
+    """It has its spec, its functions and a template, and nothing outside the studies knows it."""
+    kind = study.replace("_", "-")
+    studies()[kind].check()
+    assert studies()[kind].spec.kind == kind
+    assert f'kind = "{kind}"' in studies()[kind].template
+    words = (f"studies.{study}", f'"{kind}"')
     elsewhere = {m for m, path in MODULES.items() if f".studies.{study}" not in m and any(w in _text(path) for w in words)}
     assert {m for m in elsewhere if _floor(m) != "studies" and m != "wucht"} == set(), "nothing outside the studies knows it"
 
 
 def test_no_two_modules_bear_one_name() -> None:
-    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "export", "__init__"}
+    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "computation", "answer", "export", "__init__"}
     names = [path.stem for m, path in MODULES.items() if path.stem not in of_every_study and _floor(m) != "cli"]
     assert sorted({n for n in names if names.count(n) > 1}) == []
 

@@ -11,7 +11,7 @@ from wucht.numerics.harmonics import even_angles
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places are chance; these
 # do not.

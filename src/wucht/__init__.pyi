@@ -18,7 +18,7 @@ from .studies.approximation.spec import Approximation as Approximation
 from .studies.basin.spec import Basin as Basin
 from .studies.cam_contour.spec import CamContour as CamContour
 from .studies.cam_correction.spec import CamCorrection as CamCorrection
-from .studies.cam_law.spec import CamLaw as CamLaw
+from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
 from .studies.coast_down.spec import CoastDown as CoastDown
@@ -44,7 +44,7 @@ from .studies.study_file import compare as compare
 from .studies.study_file import run_file as run_file
 from .studies.sweep.spec import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
-from .studies.torque_balance.spec import TorqueBalance as TorqueBalance
+from .studies.torque_balance import TorqueBalance as TorqueBalance
 from .system import System as System
 
 __version__: str

@@ -19,7 +19,7 @@ from wucht.schema import checked
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 J, B, K, T_I, LIMIT, SET = 0.4, 0.01, 2.0, 0.3, 5.0, 120.0
 DRIVE = {"kind": "inverter", "set_speed": SET, "gain": K, "integral_time": T_I, "torque_limit": LIMIT}

@@ -12,7 +12,7 @@ from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.run_up.prepare import prepare
+from wucht.studies.run_up.computation import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -19,7 +19,7 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 BALANCED = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.03}
 DRUM = BALANCED | {"eccentricity": 0.01}

@@ -20,7 +20,7 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.studies.response.spec import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 
 class Disc(Body):

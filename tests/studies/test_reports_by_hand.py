@@ -19,8 +19,8 @@ from wucht.files.catalogue import load_machine
 from wucht.results.quantities import Answer, Quantity
 from wucht.studies.load_keys import Woehler, woehler_at, woehler_line
 from wucht.studies.registry import study_of
-from wucht.studies.run_up import both_models
-from wucht.studies.run_up.both_models import joined
+from wucht.studies.run_up import combined_runs
+from wucht.studies.run_up.combined_runs import joined
 
 AT = "10 rad/s (95 rpm)"
 
@@ -130,9 +130,9 @@ def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: py
     slow = Answer([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
     motions = [SimpleNamespace(), SimpleNamespace()]
     assert joined(motions[:1], [full]) is full  # type: ignore[arg-type]
-    monkeypatch.setattr(both_models, "course_of", lambda motion: None)
+    monkeypatch.setattr(combined_runs, "course_of", lambda motion: None)
     for name in ("at_equal_angle", "at_equal_phase"):
-        monkeypatch.setattr(both_models, name, lambda *courses: None)
+        monkeypatch.setattr(combined_runs, name, lambda *courses: None)
     both = joined(motions, [full, slow])  # type: ignore[arg-type]
     assert both.warnings == ["w", "averaged equations: it burst"]
     assert both.attributes == {"model": "both"}

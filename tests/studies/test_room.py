@@ -15,7 +15,7 @@ from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.entrainment.prepare import prepare as prepare_entrainment
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.load_spectrum.spec import LoadSpectrum
-from wucht.studies.run_up.prepare import numbers, prepare
+from wucht.studies.run_up.computation import numbers, prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec

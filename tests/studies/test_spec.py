@@ -10,7 +10,7 @@ from tests.refusals import Refusal, refused
 from wucht.files.catalogue import load_machine
 from wucht.studies.response.prepare import prepare
 from wucht.studies.response.spec import Response
-from wucht.studies.run_up.prepare import prepare as prepare_run_up
+from wucht.studies.run_up.computation import prepare as prepare_run_up
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

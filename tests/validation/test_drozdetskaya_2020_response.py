@@ -23,7 +23,7 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 M, E, C, B = 9.75, 1e-3, 1e5, 200.0  # errata.md: the real machines R1 and R2, without pendulums
 K, SIGMA = math.sqrt(C / M), B / (2 * M)  # (2.76), (2.77)

@@ -1,8 +1,9 @@
 """Studies by kind: those of the entry points ``wucht.studies``, and those whose modules are imported.
 
-A study is one module with the class of its spec and the functions ``prepare``, ``run``, ``dataset``, ``figure``, ``report``;
-where that would be long, a package with modules of these names. A package may have a ``template.toml``, a module a text
-``template``; without either ``wucht new`` makes one of the keys of the spec.
+A study is one module with the class of its spec and the functions ``prepare``, ``run``, ``dataset``, ``report``, ``figure``;
+where that would be long, a package: the spec is in its module ``spec``, ``prepare`` and ``run`` are in ``computation``,
+``dataset`` and ``report`` in ``answer``, or each is in a module of its name. A template is a file ``template.toml`` of the
+package, one of the module's name beside it, or a text ``template``; without any ``wucht new`` makes one of the keys.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from wucht.studies.templates import template_from_keys
 
 GROUP = "wucht.studies"
 _FUNCTIONS = ("prepare", "run", "dataset", "figure", "report")
+_MODULES = {"prepare": "computation", "run": "computation", "dataset": "answer", "report": "answer"}
 
 
 def _part(name: str, what: str) -> property:
@@ -54,8 +56,10 @@ class Study:
             raise WuchtError(
                 f"the study {self.kind!r} ({self.package}) cannot be loaded: {error}", code="not-loaded"
             ) from error
-        inside = hasattr(whole, "__path__") and find_spec(f"{self.package}.{part}") is not None
-        return import_module(f"{self.package}.{part}") if inside else whole
+        for name in (part, _MODULES.get(part, part)) if hasattr(whole, "__path__") else ():
+            if find_spec(f"{self.package}.{name}") is not None:
+                return import_module(f"{self.package}.{name}")
+        return whole
 
     @cached_property
     def spec(self) -> type[Spec]:
@@ -113,7 +117,14 @@ class Study:
     def template(self) -> str:
         """The commented study file to start from: as it is written, or made of the keys of the spec."""
         whole = import_module(self.package)
-        if hasattr(whole, "__path__") and (file := files(self.package).joinpath("template.toml")).is_file():
+        package, _, module = self.package.rpartition(".")
+        if hasattr(whole, "__path__"):
+            file = files(self.package).joinpath("template.toml")
+        elif package:
+            file = files(package).joinpath(f"{module}.toml")
+        else:
+            file = None
+        if file is not None and file.is_file():
             return file.read_text(encoding="utf-8")
         return str(getattr(whole, "template", None) or template_from_keys(self.spec))
 

@@ -16,7 +16,7 @@ from wucht.studies.response.spec import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.synchronous_states.spec import SynchronousStates
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 
 @pytest.fixture(scope="module")

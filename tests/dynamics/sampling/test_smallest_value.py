@@ -7,7 +7,7 @@ import pytest
 
 from wucht.dynamics.sampling.smallest_value import Bounds, fall_of, smallest, to_look_at
 from wucht.studies.capture_probability.probability_bands import interval
-from wucht.studies.capture_probability.random_points import REPLICATES, points
+from wucht.studies.capture_probability.sensitivity import REPLICATES, points
 
 
 def seen(*lows: float, width: float = 0.1) -> list[Bounds]:

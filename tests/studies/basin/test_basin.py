@@ -18,9 +18,8 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.series import save_csv
-from wucht.studies.basin import run as running
-from wucht.studies.basin.map_axes import VARIABLES
-from wucht.studies.basin.prepare import prepare
+from wucht.studies.basin import computation as running
+from wucht.studies.basin.computation import VARIABLES, prepare
 from wucht.studies.basin.spec import Basin
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report

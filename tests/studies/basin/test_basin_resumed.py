@@ -15,7 +15,7 @@ import pytest
 
 from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_basins import MACHINE, TURN, counted, engine, spiral
-from wucht.studies.basin import run as running
+from wucht.studies.basin import computation as running
 from wucht.studies.basin.spec import Basin
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
@@ -95,7 +95,7 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 from known_basins import MACHINE, TURN, engine, spiral
 from wucht.studies import memory, runner
-from wucht.studies.basin import run as running
+from wucht.studies.basin import computation as running
 from wucht.studies.basin.spec import Basin
 known = engine(spiral)
 def slowly(*given):

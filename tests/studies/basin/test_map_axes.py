@@ -14,8 +14,7 @@ from wucht.dynamics.run_ups.varied import start_states
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.basin.map_axes import axis_of
-from wucht.studies.basin.prepare import prepare
+from wucht.studies.basin.computation import axis_of, prepare
 from wucht.studies.basin.spec import Basin
 
 R1, NUMBERS = load_machine("drozdetskaya-2020/r1"), load_machine("drozdetskaya-2020/table-5.1")

@@ -16,8 +16,8 @@ from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.capture_probability import run as running
-from wucht.studies.capture_probability.prepare import prepare
+from wucht.studies.capture_probability import computation as running
+from wucht.studies.capture_probability.computation import prepare
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report

@@ -11,7 +11,7 @@ import pytest
 
 from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_basins import MACHINE, counted, engine, phases
-from wucht.studies.capture_probability import run as running
+from wucht.studies.capture_probability import computation as running
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask

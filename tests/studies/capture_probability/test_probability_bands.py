@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.stats import beta, binomtest
 
 from wucht.studies.capture_probability.probability_bands import band, clopper_pearson, interval
-from wucht.studies.capture_probability.random_points import REPLICATES, points
+from wucht.studies.capture_probability.sensitivity import REPLICATES, points
 
 TIMES, EACH = 400, 16
 

@@ -19,11 +19,10 @@ import wucht as package
 from wucht.errors import InputError
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.formatting import printed_unit
-from wucht.studies.comparison import run as comparison_run
+from wucht.studies.comparison import computation as comparison_run
+from wucht.studies.comparison.answer import dataset
 from wucht.studies.comparison.compared import compared, refused
-from wucht.studies.comparison.dataset import dataset
-from wucht.studies.comparison.prepare import prepare
-from wucht.studies.comparison.run import Findings
+from wucht.studies.comparison.computation import Findings, prepare
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_comparison

@@ -19,7 +19,7 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.prepare import prepare
+from wucht.studies.run_up.computation import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

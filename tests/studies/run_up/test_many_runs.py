@@ -11,7 +11,7 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.studies.run_up.prepare import prepare
+from wucht.studies.run_up.computation import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run
 

@@ -19,8 +19,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
 from wucht.studies.runner import run
-from wucht.studies.torque_balance.prepare import prepare
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance, prepare
 
 ROTOR = {"kind": "rotor", "name": "fan", "mass": 20.0, "eccentricity": 8e-3, "inertia": 0.6, "bearing_damping": 0.002}
 INDUCTION = {

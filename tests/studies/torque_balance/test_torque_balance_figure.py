@@ -15,7 +15,7 @@ from tests.refusals import refused
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.torque_balance.spec import TorqueBalance
+from wucht.studies.torque_balance import TorqueBalance
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
 CARRIER = {"mass": 3.0, "stiffness": [2e4, 6e4], "damping": 40.0}

@@ -15,7 +15,7 @@ from wucht.plots.page import current_page, small
 from wucht.plots.scales import printed
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
 from wucht.results.formatting import printed_unit, value_in_words, wrapped
-from wucht.studies.comparison.report import names_of, shown_numbers
+from wucht.studies.comparison.answer import names_of, shown_numbers
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text

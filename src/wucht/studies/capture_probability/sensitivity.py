@@ -1,11 +1,8 @@
-"""Which random quantity matters: I. M. Sobol's indices of the indicator of an outcome, by SALib.
-
-First order: the share of the variance that would go if the quantity were known. Total: the share that would be left if all
-others were. A. Saltelli et al., Computer Physics Communications 181 (2010) 259-270; intervals by resampling.
-"""
+"""Random points by scrambled Sobol' sequences, several independent ones, and the sensitivity by Sobol' indices."""
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass
 from importlib import import_module
@@ -14,6 +11,22 @@ from typing import Any
 import numpy as np
 
 from wucht.errors import InputError
+
+REPLICATES = 16  # from ten on, intervals from the scatter of their means hold: see ``probability_bands``
+
+
+def points(count: int, dimensions: int, seed: int) -> np.ndarray:
+    """(REPLICATES, count/REPLICATES, dimensions): of each replicate the first points of a Sobol' sequence scrambled anew.
+
+    count: a multiple of REPLICATES. The same for the same seed.
+    """
+    from scipy.stats import qmc
+
+    each = count // REPLICATES
+    power = math.ceil(math.log2(each))  # drawn at once: fewer are the first of these
+    random = [np.random.default_rng(one) for one in np.random.SeedSequence(seed).spawn(REPLICATES)]
+    return np.array([qmc.Sobol(dimensions, seed=r).random_base2(power)[:each] for r in random])
+
 
 _RESAMPLES = 1000
 

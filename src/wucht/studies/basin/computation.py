@@ -1,4 +1,4 @@
-"""Plan -> findings: the runs of all cells, then of those at the borders, halved again and again."""
+"""Question and machine -> plan -> findings: the axes of a map, and the outcomes in its cells, finer at the borders."""
 
 from __future__ import annotations
 
@@ -9,13 +9,123 @@ from itertools import pairwise
 
 import numpy as np
 
+from wucht.dynamics.parameters import range_of
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
 from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
-from wucht.dynamics.sampling.ensemble_run import outcomes_of
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
 from wucht.dynamics.sampling.label_maps import cells_to_halve, halved, left_at_border
 from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
-from wucht.dynamics.sampling.placed_members import where_possible
+from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at, where_possible
 from wucht.dynamics.work import Work
-from wucht.studies.basin.prepare import Plan
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.studies.basin.spec import Basin
+from wucht.studies.spec import Quantity
+
+VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; its axes have other names
+_WHOLE_TURN = 1e-4  # of a period: so nearly an axis that goes round is taken to close
+
+
+@dataclass(frozen=True)
+class Axis(Varied):
+    """low, high: its ends, in SI. cells: of the coarsest map."""
+
+    low: float
+    high: float
+    cells: int
+
+    @property
+    def periodic(self) -> bool:
+        """Whether its last cell is beside its first: an angle over whole turns."""
+        if self.state is None or self.state.period is None:
+            return False
+        turns = (self.high - self.low) / self.state.period
+        return round(turns) >= 1 and abs(turns - round(turns)) < _WHOLE_TURN
+
+    @property
+    def angle(self) -> bool:
+        """Whether it is an angle."""
+        return self.unit == "rad" or (self.state is not None and self.state.period is not None)
+
+    def centres(self, halvings: int = 0) -> np.ndarray:
+        """The centres (cells 2^halvings,) of its cells."""
+        count = self.cells * 2**halvings
+        return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
+
+
+def axis_of(machine: Machine, name: str, given: tuple[Quantity, Quantity, int]) -> Axis:
+    """An axis by its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
+    key = f"axes.{name}"
+    if name.removeprefix("refined_") in VARIABLES:
+        raise InputError(f"study.{key}", name, "not allowed: a variable of the result has this name; rename the body")
+    one = varied_of(machine, name, key)
+    low, high = range_of(one.quantity, given[:2], key)
+    return Axis(one.name, one.state, one.what, one.unit, low, high, given[2])
+
+
+_PROBES = 64  # cells that are looked at before the first run
+
+
+@dataclass(frozen=True)
+class Plan:
+    """axes: over x and over y. question: what is asked of the run in each cell. way: how the runs are integrated, in words."""
+
+    spec: Basin
+    machine: Machine
+    axes: tuple[Axis, Axis]
+    question: EnsembleQuestion
+    way: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def periodic(self) -> tuple[bool, bool]:
+        """Whether rows and columns of the map close."""
+        return self.axes[1].periodic, self.axes[0].periodic
+
+    def shape(self, halvings: int) -> tuple[int, int]:
+        """Of the map (y, x)."""
+        return self.axes[1].cells * 2**halvings, self.axes[0].cells * 2**halvings
+
+    def starts(self, halvings: int, cells: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """The states (n, M) in which the runs of some cells (M,) of a map begin, and the values (M,) of each parameter.
+
+        cells: their numbers, row by row. Raises ``InputError`` for a value that the machine does not allow.
+        """
+        rows, columns = np.divmod(cells, self.shape(halvings)[1])
+        places = np.array([axis.centres(halvings)[of] for axis, of in zip(self.axes, (columns, rows), strict=True)])
+        return members_at(self.machine, self.spec.start, self.axes, places, "study.axes")
+
+    def place(self, cell: int, halvings: int = 0) -> tuple[float, float]:
+        """The centre (x, y) of a cell."""
+        row, column = divmod(cell, self.shape(halvings)[1])
+        return float(self.axes[0].centres(halvings)[column]), float(self.axes[1].centres(halvings)[row])
+
+
+def prepare(spec: Basin, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    x, y = (axis_of(machine, name, given) for name, given in spec.axes.items())
+    initial_state(machine, spec.start)
+    check_together((x, y), spec.start, "axes", "the other axis")
+    varied = tuple(axis.name for axis in (x, y) if axis.state is None)
+    question = EnsembleQuestion(machine, varied, spec.model, spec.inertia, spec.order, spec.until, tolerance=spec.tolerance)
+    plan = Plan(spec, machine, (x, y), question)
+    return replace(plan, warnings=_left_out(plan), way=way_of(question))
+
+
+def _left_out(plan: Plan) -> tuple[str, ...]:
+    """What the averaged equations leave out.
+
+    Raises ``InputError`` where there are none, where nothing would turn, and where a cell has what the machine does not allow.
+    """
+    rows, columns = plan.shape(0)
+    corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]  # what is not allowed is not allowed in a corner
+    cells = np.unique([*corners, *np.linspace(0, rows * columns - 1, _PROBES).astype(int)])
+    none = impossible(plan.machine, *plan.starts(0, cells))
+    place = plan.place(int(next((c for m, c in enumerate(cells) if m not in none), 0)))
+    return left_out(plan.question, plan.spec.start, plan.axes, place)
+
 
 MISSING = -1  # the label of a cell that was not run yet
 _TILE, _ALONE = 3968, 256  # runs: a unit of work, where they are integrated in batches and one by one

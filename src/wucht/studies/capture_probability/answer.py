@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a probability over a parameter, with its bands, and of the indices of the sensitivity."""
+"""Findings -> the quantities of a probability over a parameter and of the sensitivity, and their lines in a report."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
 from wucht.dynamics.sampling.smallest_value import fall_of, smallest
-from wucht.results.formatting import percent
+from wucht.results.formatting import in_lines, percent
 from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.capture_probability.computation import Findings, Plan, Point
 from wucht.studies.capture_probability.distributions import KINDS
-from wucht.studies.capture_probability.prepare import Plan
-from wucht.studies.capture_probability.random_points import REPLICATES
-from wucht.studies.capture_probability.run import Findings, Point
+from wucht.studies.capture_probability.sensitivity import REPLICATES
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _MOST_FAILURES = 3  # named one by one
 
@@ -204,3 +204,38 @@ def _failures(plan: Plan, findings: Findings) -> list[str]:
     if len(failures) > _MOST_FAILURES:
         sentences.append(f"{len(failures) - _MOST_FAILURES} more runs failed")
     return sentences
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a probability."""
+    s = result.wucht.summary
+    lines = [("random" if not k else "", f"{name} {words}") for k, (name, words) in enumerate(s["random"].items())]
+    for k, one in enumerate(p for p in s["probability"] if p is not None):
+        value = f"{s['along']} = {one[s['along']]:.5g}" + (f" {s['unit']}" if s["unit"] else "")
+        lines.append(("" if k else "probability", f"{value}: {_share_in_words(one)}"))
+    searched = f", {s['searched']} of them for the search" if s["searched"] else ""
+    lines.append(("runs", f"{s['runs']}: {s['samples']} at each of {len(s['probability'])} values{searched}"))
+    lines += _sensitivity_lines(s)
+    lines.append(("integrated", s["integration"]))
+    return in_lines(result, s["sentence"] or "nothing is computed yet", lines)
+
+
+def _share_in_words(one: dict[str, Any]) -> str:
+    estimate = "not known" if one["estimate"] is None else f"{100 * one['estimate']:.3g} %"
+    unknown = f", {percent(one['not_identified'])} without a verdict" if one["not_identified"] else ""
+    return f"{estimate} ({100 * one['low']:.3g} to {100 * one['high']:.3g} %){unknown}"
+
+
+def _sensitivity_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
+    asked = s["sensitivity"]
+    if asked is None:
+        return []
+    at = f"at {s['along']} = {asked['at']:.5g}" + (f" {s['unit']}" if s["unit"] else "")
+    if asked["indices"] is None:
+        return [("sensitivity", f"{at} nothing matters: all runs end alike")]
+    order = sorted(asked["indices"].items(), key=lambda one: -one[1]["total"])
+    lines = [("sensitivity", f"{at}, share of the variance of the outcome, alone and with the others ({asked['runs']} runs)")]
+    for name, i in order:
+        alone, together = (f"{i[key]:.2f} ± {i[f'{key}_off']:.2f}" for key in ("first_order", "total"))
+        lines.append(("", f"{name}: {alone} alone, {together} with the others"))
+    return lines

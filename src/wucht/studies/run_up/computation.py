@@ -1,15 +1,16 @@
-"""Question and machine -> plan: where each run starts, how far it goes, and which equations it integrates."""
+"""Question and machine -> plan -> findings: where each run starts, how far it goes, which equations it integrates."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from wucht.dynamics.parameters import parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import numbers_a_sample
-from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.varied import start_states
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.studies.run_up.spec import RunUp
@@ -73,3 +74,25 @@ def _shown(value: Any, unit: str = "") -> str:
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{k} {_shown(v)}" for k, v in value.items()) + "}"
     return f"{value:.6g} {unit}".rstrip() if isinstance(value, int | float) else str(value)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The motions of each run, of the full equations first. finished: how many runs are."""
+
+    motions: tuple[tuple[Motion, ...], ...]
+    finished: int
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """Integrate; the findings after each leg."""
+    done: list[tuple[Motion, ...]] = []
+    count = len(plan.cases)
+    for k, case in enumerate(plan.cases):
+        part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if plan.several else work
+        motions: tuple[Motion, ...] = ()
+        for motions in run_up(case.run, part):
+            if not done:  # of later runs only whole ones are shown: they would be taken for finished
+                yield Findings((motions,), 0)
+        done.append(motions)
+        yield Findings(tuple(done), len(done))

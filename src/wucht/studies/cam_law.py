@@ -1,0 +1,264 @@
+"""The motion law of a cam drive: synthesised, standard or given, with its derivatives and its spectrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from wucht.cams.drive import CamDrive
+from wucht.cams.laws.synthesis import Band, Cap, Restriction
+from wucht.cams.tables.motion_law import MotionLaw
+from wucht.dynamics.work import Work
+from wucht.numerics.harmonics import Harmonics
+from wucht.plots.cam_drawings import draw_motion, order_scale
+from wucht.plots.scales import travel_unit, turn_scale
+from wucht.plots.sheet import legend_below, named_in, new_grid
+from wucht.plots.style import COLOURS, GREY
+from wucht.results.formatting import ReportLines, with_unit
+from wucht.results.quantities import Quantity, answer
+from wucht.studies.spec import Spec, Whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+class CamLaw(Spec):
+    """The motion that the output of a cam drive is to make, over the cam angle."""
+
+    kind: ClassVar[str] = "cam-law"
+    solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
+    subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))
+
+    points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles of the law, evenly spaced over a turn")
+    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown of a law that has no end of them")
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The law, at how many cam angles it is given, and how many of its harmonics."""
+
+    motion: MotionLaw
+    points: int
+    orders: int
+
+
+def prepare(spec: CamLaw, drive: CamDrive) -> Plan:
+    """The plan. Raises ``InputError`` where there is no such law: what must give way, and by how much."""
+    return Plan(drive.motion, spec.points, drive.motion.count or spec.orders)
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """angles (N,). derivatives (4, N): of orders 0 to 3. harmonics: of the motion. least, greatest: of the motion. peaks (4,):
+    the largest magnitude of each derivative. met: of each restriction the least and the greatest value (R, 2). jump: the
+    largest of the acceleration; rise (3,): Cv, Ca and Cj of a standard law, None of others."""
+
+    angles: np.ndarray
+    derivatives: np.ndarray
+    harmonics: Harmonics
+    least: float
+    greatest: float
+    peaks: np.ndarray
+    met: np.ndarray
+    jump: float
+    rise: np.ndarray | None
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """All at once: it takes milliseconds."""
+    work.report(0.0, "motion law")
+    motion = plan.motion
+    angles = np.linspace(0, 2 * np.pi, plan.points + 1)
+    derivatives = np.array([motion.law(angles, order) for order in range(4)])
+    whole = motion.harmonics()
+    harmonics = Harmonics(whole.mean, whole.cosine[: plan.orders], whole.sine[: plan.orders])
+    least, greatest = motion.bounds(0)
+    peaks = np.array([max(-least, greatest), *(motion.peak(order) for order in (1, 2, 3))])
+    met = np.array([_met(r, motion, harmonics) for r in motion.restrictions]).reshape(-1, 2)
+    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, met, motion.jump, motion.rise)
+
+
+def _met(restriction: Restriction, motion: MotionLaw, harmonics: Harmonics) -> tuple[float, float]:
+    """The least and the greatest value of what is restricted."""
+    if isinstance(restriction, Cap):
+        return 0.0, float(harmonics.amplitudes[restriction.harmonic - 1])
+    return motion.extremes(restriction)
+
+
+_NAMES = ("position", "velocity", "acceleration", "jerk")
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a motion law."""
+    quantities = [*_of_motion(plan, findings), *_of_restrictions(plan, findings), *_of_whole(plan, findings)]
+    return answer(quantities, _sentence(plan), _warnings(findings))
+
+
+def _of_motion(plan: Plan, f: Findings) -> list[Quantity]:
+    """The motion and its derivatives over the cam angle, and its harmonics."""
+    unit = plan.motion.unit
+    called = ["motion of the output", *(f"{name} by the cam angle" for name in _NAMES[1:])]
+    derivatives = zip(_NAMES, f.derivatives, called, _units(plan), strict=True)
+    return [
+        Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
+        *(Quantity(name, values, what, per, "cam_angle") for name, values, what, per in derivatives),
+        Quantity("mean", f.harmonics.mean, "mean of the motion", unit, ""),
+        Quantity("order", np.arange(1, f.harmonics.count + 1), "order", "", "order"),
+        Quantity("cosine", f.harmonics.cosine, "cosine coefficient", unit, "order"),
+        Quantity("sine", f.harmonics.sine, "sine coefficient", unit, "order"),
+        Quantity("amplitude", f.harmonics.amplitudes, "amplitude", unit, "order"),
+    ]
+
+
+def _units(plan: Plan) -> list[str]:
+    """Of the motion and its derivatives by the cam angle."""
+    return [f"{plan.motion.unit}{per}" for per in ("", "/rad", "/rad^2", "/rad^3")]
+
+
+def _of_restrictions(plan: Plan, f: Findings) -> list[Quantity]:
+    """What was asked, on which arc, and what the motion has there."""
+    restrictions = plan.motion.restrictions
+    bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in restrictions]
+    harmonics = [0 if isinstance(r, Band) else r.harmonic for r in restrictions]
+    along = "restriction"
+    return [
+        Quantity("restriction", [r.name for r in restrictions], "restriction", "", along),
+        Quantity("restricted", [b.order for b in bands], "derivative that is restricted, -1: a harmonic is capped", "", along),
+        Quantity("harmonic", harmonics, "harmonic that is capped", "", along),
+        Quantity("begin", [b.begin for b in bands], "begin of the arc", "rad", along),
+        Quantity("end", [b.end for b in bands], "end of the arc", "rad", along),
+        Quantity("low", [b.low for b in bands], "least value allowed", "", along),
+        Quantity("high", [b.high for b in bands], "greatest value allowed", "", along),
+        Quantity("least", f.met[:, 0], "least value", "", along),
+        Quantity("greatest", f.met[:, 1], "greatest value", "", along),
+    ]
+
+
+def _of_whole(plan: Plan, f: Findings) -> list[Quantity]:
+    """What the summary has beside it."""
+    unit, units, harmonics = plan.motion.unit, _units(plan), f.harmonics
+    peaks = {name: (f"largest {name}", per) for name, per in zip(_NAMES, units, strict=True)}
+    rise = None if f.rise is None else dict(zip(_NAMES[1:], f.rise.tolist(), strict=True))
+    coefficients = {"mean": harmonics.mean, "cosine": harmonics.cosine.tolist(), "sine": harmonics.sine.tolist()}
+    return [
+        Quantity("unit", unit, "unit of the motion"),
+        Quantity("stroke", f.greatest - f.least, "stroke", unit),
+        Quantity("harmonics", plan.motion.count, "number of harmonics"),
+        Quantity("ripple", _ripple(plan, f), "largest deviation from what is asked in dwells", unit, headline=True),
+        Quantity("peaks", dict(zip(_NAMES, f.peaks.tolist(), strict=True)), "largest values", parts=peaks, headline=_NAMES[1:]),
+        Quantity("acceleration_jumps", f.jump, "largest jump of the acceleration", units[2]),
+        Quantity("rise", rise, "largest values of a rise of 1 over an arc of 1"),
+        Quantity("coefficients", coefficients, "coefficients of the harmonics", unit),
+    ]
+
+
+def _warnings(f: Findings) -> list[str]:
+    """A jump of the acceleration is a shock."""
+    if not f.jump:
+        return []
+    ends = "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there"
+    return [f"{ends}: for slow shafts alone; a polynomial or a sine law does not jump"]
+
+
+def _ripple(plan: Plan, f: Findings) -> float | None:
+    """The largest deviation from what is asked on the arcs that are to be as tight as they can be, or else in the dwells."""
+    restrictions = plan.motion.restrictions
+    kept = {r.name for r in restrictions if r.widened} or {band.name for band in plan.motion.dwells}
+    pairs = zip(restrictions, f.met, strict=True)
+    off = [np.abs(met - (r.low + r.high) / 2).max() for r, met in pairs if isinstance(r, Band) and r.name in kept]
+    return float(max(off)) if off else None
+
+
+def _sentence(plan: Plan) -> str:
+    count, restricted = plan.motion.count, len(plan.motion.restrictions)
+    made = "a motion by its points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
+    return made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")
+
+
+_BINDS = 1e-5  # of its bound: so near, a restriction binds
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a motion law."""
+    lines = ReportLines(result)
+    lines.add("stroke", "{stroke}")
+    lines.add("dwell", "within {ripple} of what is asked")
+    for name in _NAMES[1:]:
+        lines.add(name, f"at most {{peaks.{name}}}")
+    lines.add("rise", "of 1 over an arc of 1: Cv = {rise.velocity:.5g}, Ca = {rise.acceleration:.5g}, Cj = {rise.jerk:.5g}")
+    for i in range(result.sizes["restriction"]):
+        lines.add("" if i else "asked", "{restriction}", restriction=_restriction_in_words(result, lines, i))
+    return lines.report(result.attrs["sentence"])
+
+
+def _restriction_in_words(result: xr.Dataset, lines: ReportLines, i: int) -> str:
+    """How one is met, and whether it binds."""
+    order = int(result.restricted.values[i])
+    low, high, least, greatest = (float(result[n].values[i]) for n in ("low", "high", "least", "greatest"))
+    of = result[_NAMES[max(order, 0)]]
+    shown = [lines.written(value, of.units) for value in ((greatest,) if order < 0 or least == greatest else (least, greatest))]
+    size = max(abs(bound) for bound in (low, high) if math.isfinite(bound))
+    binds = low < high and (greatest > high - _BINDS * size or (order >= 0 and least < low + _BINDS * size))
+    name, what = str(result.restriction.values[i]).removeprefix("law."), "amplitude" if order < 0 else of.name
+    return f"{name}: {what} {' to '.join(map(str, shown))}" + (" (binds)" if binds else "")
+
+
+_PER = ("", "/rad", "/rad²", "/rad³")
+_SHORT = 2.0  # degrees: arcs that are shorter are drawn as points
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Four panels over the cam angle, and the orders of motion and acceleration."""
+    drawn, axes = new_grid(6, result.attrs["title"], result.attrs["sentence"])
+    for order, axis in enumerate(axes[:4]):
+        _derivative(axis, result, order)
+    _spectrum(axes[4], result, 0, "position")
+    _spectrum(axes[5], result, 2, "acceleration")
+    legend_below(drawn, named_in(axes))
+    return drawn
+
+
+def _derivative(axis: Axes, result: xr.Dataset, order: int) -> None:
+    look = {"color": COLOURS[0], "linewidth": 1.3, "label": "motion law"}
+    unit = draw_motion(axis, result, _NAMES[order], _PER[order], **look)
+    low, high = axis.get_ylim()
+    for i in np.flatnonzero(result.restricted.values == order).tolist():
+        _draw_restriction(axis, result, i, travel_unit(result.position)[0])
+    if order:
+        axis.set_ylim(low, high)
+    turn_scale(axis)
+    axis.set_ylabel(with_unit(_NAMES[order], unit))
+
+
+def _draw_restriction(axis: Axes, result: xr.Dataset, i: int, scale: float) -> None:
+    """Bounds as lines over their arc, or as triangles at an angle, precision points as dots."""
+    begin, end = np.degrees(result.begin.values[i]), np.degrees(result.end.values[i])
+    low, high = float(result.low.values[i]), float(result.high.values[i])
+    at = end - begin < _SHORT
+    for bound, sign in {low: "^", high: "v"}.items():
+        if np.isfinite(bound) and at:
+            mark, name = ("o", "precision point") if low == high else (sign, "restriction")
+            axis.plot([begin % 360], [scale * bound], mark, color=COLOURS[1], markersize=5, label=name, zorder=5)
+        elif np.isfinite(bound):
+            for turn in (-360.0, 0.0, 360.0):
+                ends = [begin + turn, end + turn]
+                axis.plot(ends, [scale * bound] * 2, "--", color=COLOURS[1], linewidth=1.2, label="restriction")
+
+
+def _spectrum(axis: Axes, result: xr.Dataset, power: int, name: str) -> None:
+    scale, unit = travel_unit(result.position)
+    k = result.order.values
+    axis.bar(k, scale * k**power * result.amplitude.values, width=0.6, color=COLOURS[0], edgecolor=GREY, linewidth=0.4)
+    axis.set_ylabel(with_unit(f"{name}, amplitude", f"{unit}{_PER[power]}"))
+    order_scale(axis, k)
+    for i in np.flatnonzero(result.harmonic.values).tolist():
+        cap, at = scale * result.high.values[i], float(result.harmonic.values[i])
+        axis.plot([at - 0.5, at + 0.5], [at**power * cap] * 2, color=COLOURS[1], linewidth=2, label="cap of a harmonic")

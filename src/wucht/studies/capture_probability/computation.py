@@ -1,0 +1,250 @@
+"""Question and machine -> plan -> findings: the random quantities, their samples, and the runs at each value of the parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
+from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
+from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at, where_possible
+from wucht.dynamics.sampling.smallest_value import Bounds, to_look_at
+from wucht.dynamics.verdicts.outcomes import OPEN
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.schema import Parameter
+from wucht.studies.capture_probability.distributions import Distribution, distribution_of
+from wucht.studies.capture_probability.probability_bands import band
+from wucht.studies.capture_probability.sensitivity import REPLICATES, Indices, cross_sampled, indices, library, points
+from wucht.studies.capture_probability.spec import CaptureProbability
+
+_PROBES = 64  # samples that are looked at before the first run
+_RANDOM = "study.random"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """along: the parameter. grid: its values that are looked at first. varied, distributions: the random quantities (q).
+
+    samples: of these (q, M), those of a replicate in a row. at: the value for the sensitivity, of which cross (q, K) are the
+    samples. way: how runs are integrated, in words.
+    """
+
+    spec: CaptureProbability
+    machine: Machine
+    along: Parameter
+    grid: tuple[float, ...]
+    varied: tuple[Varied, ...]
+    distributions: tuple[Distribution, ...]
+    samples: np.ndarray
+    at: float | None = None
+    cross: np.ndarray | None = None
+    way: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def each(self) -> int:
+        """How many samples a replicate has."""
+        return self.spec.samples // REPLICATES
+
+    def question(self, value: float) -> EnsembleQuestion:
+        """What is asked of each run at a value of the parameter. Raises ``InputError`` for one that is not allowed."""
+        machine, spec = self.machine.with_values({self.along.path: value}), self.spec
+        names = tuple(v.name for v in self.varied if v.state is None)
+        return EnsembleQuestion(machine, names, spec.model, spec.inertia, spec.order, spec.until, tolerance=spec.tolerance)
+
+    def members(self, value: float, places: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """The states (n, M) in which runs begin, and the values (M,) of random parameters, at places (q, M)."""
+        machine = self.machine.with_values({self.along.path: value})
+        return members_at(machine, self.spec.start, self.varied, places, _RANDOM)
+
+
+def prepare(spec: CaptureProbability, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    along = parameter_of(machine, spec.along)
+    low, high = ends_of(machine, along, spec.range)
+    varied = tuple(varied_of(machine, name, f"random.{name}") for name in spec.random)
+    of = tuple(
+        distribution_of(given, v.quantity, f"{_RANDOM}.{v.name}") for v, given in zip(varied, spec.random.values(), strict=True)
+    )
+    initial_state(machine, spec.start)
+    check_together(varied, spec.start, "random", "another random quantity")
+    unit_cube = points(spec.samples, len(varied), spec.seed)
+    samples = _drawn(of, unit_cube.reshape(-1, len(varied)))
+    plan = Plan(spec, machine, along, tuple(np.linspace(low, high, spec.points).tolist()), varied, of, samples)
+    if spec.sensitivity and spec.at is not None:
+        library()
+        (at,) = values_of(machine, along, (spec.at,), "at")
+        plan = replace(plan, at=at, cross=_drawn(of, cross_sampled(spec.base, len(varied), spec.seed)))
+    warnings = _checked(plan)
+    return replace(plan, way=way_of(plan.question(low)), warnings=(*warnings, *_uneven(spec)))
+
+
+def _drawn(distributions: Sequence[Distribution], shares: np.ndarray) -> np.ndarray:
+    """Values (q, M) of random quantities by points (M, q) of the unit cube."""
+    tiny = np.finfo(float).tiny
+    inside = np.clip(shares, tiny, 1 - np.finfo(float).epsneg)  # at 0 and 1 a normal distribution has no values
+    return np.array([one.at(inside[:, k]) for k, one in enumerate(distributions)])
+
+
+def _checked(plan: Plan) -> tuple[str, ...]:
+    """What the averaged equations leave out.
+
+    Raises ``InputError`` where there are none, where nothing would turn, and for samples that the machine does not allow:
+    looked at are the least and the largest of each random quantity, and some more.
+    """
+    drawn = [plan.samples] if plan.cross is None else [plan.samples, plan.cross]
+    for samples in drawn:
+        for v, values in zip(plan.varied, samples, strict=True):
+            if v.state is None:
+                _refuse_what_is_not_allowed(plan, v.name, values)
+    ends = np.unique([f(row) for row in plan.samples for f in (np.argmin, np.argmax)])
+    probes = np.unique([*ends, *np.linspace(0, plan.spec.samples - 1, _PROBES).astype(int)])
+    for value in (plan.grid[0], plan.grid[-1]):
+        members = plan.members(value, plan.samples[:, probes])
+        none = impossible(plan.question(value).machine, *members)
+    possible = next((p for m, p in enumerate(probes) if m not in none), probes[0])
+    return left_out(plan.question(plan.grid[-1]), plan.spec.start, plan.varied, plan.samples[:, possible].tolist())
+
+
+def _refuse_what_is_not_allowed(plan: Plan, name: str, values: np.ndarray) -> None:
+    for value in (float(values.min()), float(values.max())):
+        try:
+            plan.machine.with_values({name: value})
+        except InputError as error:
+            reached = f"this distribution reaches {value:.6g}, which the machine does not allow ({error.allowed})"
+            allowed = f"{reached}; limit it, as by between = [low, high]"
+            raise InputError(f"{_RANDOM}.{name}", plan.spec.random[name], allowed) from None
+
+
+def _uneven(spec: CaptureProbability) -> list[str]:
+    if spec.samples & (spec.samples - 1) == 0:
+        return []
+    fewer = 2 ** int(np.log2(spec.samples))
+    return [f"samples = {spec.samples} is no power of two: Sobol' points fill evenly with {fewer} or {2 * fewer}"]
+
+
+_TILE = 1024  # runs: a unit of work
+_SEARCH = 0.4  # the runs of the search, as a share of those before
+_OPEN = [OUTCOMES.index(o) for o in OPEN]
+
+
+@dataclass(frozen=True)
+class Point:
+    """What became of the runs at a value of the parameter. each: runs of a replicate. counted: outcomes that are inside.
+    searched: whether the search asked for it."""
+
+    value: float
+    members: MemberOutcomes
+    each: int
+    counted: tuple[int, ...]
+    confidence: float
+    searched: bool = False
+
+    @property
+    def inside(self) -> np.ndarray:
+        """How many runs of each replicate (R,) have an outcome that is counted."""
+        return self._runs(self.counted)
+
+    @property
+    def open(self) -> np.ndarray:
+        """Of how many runs of each replicate (R,) the outcome is not known."""
+        return self._runs(_OPEN)
+
+    @property
+    def estimate(self) -> float:
+        """The share of the runs inside among those whose outcome is known; nan where none is."""
+        known = len(self.members.outcome) - int(self.open.sum())
+        return float(self.inside.sum()) / known if known else float("nan")
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Between which the probability lies."""
+        return Bounds(self.value, *band(self.inside, self.open, self.each, self.confidence))
+
+    def _runs(self, of: Sequence[int]) -> np.ndarray:
+        return np.asarray(np.isin(self.members.outcome, of).reshape(REPLICATES, self.each).sum(axis=1))
+
+
+@dataclass(frozen=True)
+class Findings:
+    """points: in the order of their values. indices: of the sensitivity, with what became of its runs."""
+
+    points: tuple[Point, ...] = ()
+    indices: Indices | None = None
+    cross: MemberOutcomes | None = None
+
+    def with_point(self, point: Point) -> Findings:
+        """With one more."""
+        return replace(self, points=tuple(sorted((*self.points, point), key=lambda p: p.value)))
+
+    @property
+    def bounds(self) -> list[Bounds]:
+        """Of the probability at each value."""
+        return [p.bounds for p in self.points]
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """The probability after each value, and the sensitivity."""
+    found, spec = Findings(), plan.spec
+    first, search, last = _shares(plan)
+    part = work.part("values", 0.0, first)
+    for k, value in enumerate(plan.grid):
+        found = found.with_point(_point(plan, value, part.part(f"{k}", k / len(plan.grid), (k + 1) / len(plan.grid))))
+        yield found
+    begin, number = first, 0
+    while spec.probability is not None and (next_ := to_look_at(found.bounds, spec.probability)) is not None:
+        end = (begin + search) / 2  # how often is not known before
+        point = _point(plan, next_, work.part(f"search/{number}", begin, end))
+        found, begin, number = found.with_point(replace(point, searched=True)), end, number + 1
+        yield found
+    if plan.at is not None and plan.cross is not None:
+        members = _members(plan, plan.at, plan.cross, work.part("sensitivity", search, last))
+        inside, open_ = (np.isin(members.outcome, of) for of in (_counted(plan), _OPEN))
+        of = indices(inside, open_, len(plan.varied), spec.confidence, spec.seed)
+        found = replace(found, indices=of, cross=members)
+    work.report(1.0)
+    yield found
+
+
+def _shares(plan: Plan) -> tuple[float, float, float]:
+    """Which share of the work is done after the values, the search and the sensitivity."""
+    values = len(plan.grid) * plan.spec.samples
+    search = 0.0 if plan.spec.probability is None else _SEARCH * values
+    sizes = np.cumsum([values, search, 0 if plan.cross is None else plan.cross.shape[1]])
+    first, second, third = (sizes / sizes[-1]).tolist()
+    return first, second, third
+
+
+def _counted(plan: Plan) -> tuple[int, ...]:
+    return tuple(k for k, outcome in enumerate(OUTCOMES) if outcome in plan.spec.outcome)
+
+
+def _point(plan: Plan, value: float, work: Work) -> Point:
+    return Point(value, _members(plan, value, plan.samples, work), plan.each, _counted(plan), plan.spec.confidence)
+
+
+def _members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:
+    """What becomes of runs with random quantities (q, M) at a value of the parameter."""
+    tiles = {f"tile {n}": samples[:, b : b + _TILE] for n, b in enumerate(range(0, samples.shape[1], _TILE))}
+    tasks = {name: partial(run_samples, plan, value, places) for name, places in tiles.items()}
+    found = dict(work.units(tasks, f"{plan.along.path} = {value:.4g}"))
+    return MemberOutcomes.joined([found[name] for name in tiles])
+
+
+def run_samples(plan: Plan, value: float, places: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
+    """What becomes of runs at a value of the parameter, with the random quantities at places (q, M) of their distributions."""
+    question = plan.question(value)
+
+    def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
+        return outcomes_of(question, starts, values, report=report)
+
+    return where_possible(run_, question.machine, *plan.members(value, places))

@@ -1,0 +1,385 @@
+"""Where the torque of a drive balances that of load and vibration: 002 (3.51), figure 3.2b."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
+from wucht.analysis.configurations.configuration import Configuration, Describer
+from wucht.analysis.configurations.search import Search, all_states
+from wucht.analysis.configurations.steady_branches import labels_of
+from wucht.analysis.configurations.steady_machine import LOWEST
+from wucht.analysis.time_constants import highest_speed
+from wucht.analysis.working_points import TorqueCurves, WorkingPoint
+from wucht.dynamics.run_ups.steady_phases import SteadyPhases
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
+from wucht.machines.tree import RotatingBody
+from wucht.plots.marks import draw_classes
+from wucht.plots.sheet import new_figure
+from wucht.plots.stability_lines import draw_by_stability, draw_configurations
+from wucht.plots.style import COLOURS, GREY, mark_speeds
+from wucht.results.formatting import ReportLines, with_unit
+from wucht.results.quantities import Quantity, answer, table
+from wucht.schema import si
+from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+class TorqueBalance(Spec):
+    """The drive's characteristic, the load line and the vibration torque over the speed, and the working points."""
+
+    kind: ClassVar[str] = "torque-balance"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "drive_torque"), ("speed", "surplus_torque"))
+    solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
+
+    range: Interval | None = si("rad/s", "speed", default=None, help=(
+        "lowest and highest speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration; "
+        "where it reaches none, or one beyond 20 times the highest natural frequency (and 3000 rad/s), to 3 times that "
+        "frequency, and to 1.2 times the fastest working point up to there"
+    ))  # fmt: skip
+    on: str | None = Field(None, title="rotor", description=(
+        "name of the rotor whose shaft is balanced, by default the main one; other rotors turn with it at the same speed"
+    ))  # fmt: skip
+    points: Whole = Field(1200, ge=2, le=100_000, description=(
+        "number of speeds, evenly spaced over the range, to which those are added that resolve resonances and breakdown"
+    ))  # fmt: skip
+    bodies: BalancingBodies = None
+    start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "all bodies turn at one speed; the drive as its characteristic says"
+
+
+_FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds at which working points are looked for
+
+
+@dataclass(frozen=True)
+class Plan:
+    """curves: the torques on the shaft over a range of its speed, for each branch of ``steady`` or for its held bodies.
+
+    searched: lowest and highest speed at which working points of bodies in steady phases are looked for, in the main rotor's
+    own sense.
+    """
+
+    steady: SteadyPhases
+    curves: tuple[TorqueCurves, ...]
+    searched: tuple[float, float]
+
+
+def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque."""
+    by_name = {r.name: r for r in machine.rotors}
+    if spec.on is not None and spec.on not in by_name:
+        raise InputError("study.on", spec.on, f"must be a rotor: {', '.join(by_name)}")
+    rotor = machine.rotor if spec.on is None else by_name[spec.on]
+    steady = SteadyPhases.of(machine, spec.start, spec.bodies)
+    if rotor.coordinate.prescribed is not None:
+        why = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to be balanced"
+        advice = "study.kind = 'response' shows the torque that it takes"
+        raise InputError("machine.drive", None, f"{why}; {advice}", code="prescribed")
+    turning = {b.name for b in machine.group(rotor)}
+    if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
+        raise InputError(
+            "machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance", code="no-drive"
+        )
+    speeds = spec.range or _speed_range(steady, rotor)
+    curves = tuple(TorqueCurves(steady.machine, rotor, forced, speeds, spec.points) for forced in steady.curves)
+    return Plan(steady, curves, _searched(steady, speeds) if steady.branches else speeds)
+
+
+def _searched(steady: SteadyPhases, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Of the range (signed) what is to be searched. Raises ``InputError`` where it is not in the sense of the drive."""
+    sense = sense_of(steady.machine, steady.machine.rotor)
+    low, high = sorted(sense * w for w in speeds)
+    if low < 0 or not high > 0:
+        allowed = "must be speeds in the sense in which the drive turns; with study.bodies = 'held' it may be any"
+        raise InputError("study.range", list(speeds), allowed)
+    return max(low, LOWEST * high), high
+
+
+def _speed_range(steady: SteadyPhases, rotor: RotatingBody) -> tuple[float, float]:
+    """The default of ``range``: up to what the drive reaches, or where that is out of reach, up to all working points."""
+    machine = steady.machine
+    free, torque = free_speed(machine, rotor), net_torque(machine, rotor)(0.0)
+    natural = max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
+    reach = min(highest_speed(machine), _FAR * natural) if machine.dimensionless else highest_speed(machine)
+    if free and abs(free) <= reach:
+        end = 1.2 * free
+    else:  # the vibration may hold the rotor far beyond all resonances
+        sense = math.copysign(1.0, free or torque)
+        limits = (0.0, reach) if sense > 0 else (-reach, 0.0)
+        points = TorqueCurves(machine, rotor, steady.forced, limits, _POINTS).working_points
+        end = sense * max([3 * natural, *(1.2 * abs(p.speed) for p in points)])
+    return min(0.0, end), max(0.0, end)
+
+
+_NOT_ASKED = Stability.undecided("the full equations are not asked")
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The working points, and of bodies in steady phases the configuration of each; search: how they were found."""
+
+    points: tuple[WorkingPoint, ...]
+    configurations: tuple[Configuration, ...] = ()
+    search: Search | None = None
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """The working points: of held bodies where the curves cross, of others all steady phase configurations."""
+    work.report(0.0, "working points")
+    torques = plan.steady.torques
+    if torques is None:
+        yield Findings(tuple(plan.curves[0].working_points))
+        return
+    search = work.unit(
+        "search", lambda: all_states(torques, *plan.searched, partial(work.report, 0.0, "working points"), prove=False)
+    )
+    describer = Describer(AveragedStability(torques, averaged_machine(torques.machine)))
+    found = sorted((describer.described(state, _NOT_ASKED) for state in search.states), key=lambda c: c.speed)
+    points = (plan.curves[0].point(c.speed, c.slow.stable is True) for c in found)
+    yield Findings(tuple(points), tuple(found), search)
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a torque balance."""
+    labels = [_label(plan, c) for c in findings.configurations]
+    sentence = _sentence(findings, labels, plan.curves[0].runaway)
+    quantities = [*_of_curves(plan), *_of_points(plan, findings, labels), *_of_machine(plan)]
+    return answer(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, plan.steady.assumed)
+
+
+def _of_curves(plan: Plan) -> list[Quantity]:
+    """The torques over the speed, and whether a working point there would be stable; of each configuration its own."""
+    machine, base = plan.steady.machine, plan.curves[0]
+    grid = plan.steady.grid(np.unique(np.concatenate([c.grid for c in plan.curves])))
+    drive, load, _ = base.torques(grid)[0]
+    vibration = np.array([c.torques(grid)[0][2] for c in plan.curves])
+    surplus, slope = np.moveaxis(np.array([c.surplus(grid) for c in plan.curves]), 1, 0)
+    stable, along, of_pieces = slope < 0, "configuration speed", list[Quantity]()
+    if not plan.steady.branches:
+        vibration, surplus, stable, along = vibration[0], surplus[0], stable[0], "speed"
+    else:
+        pieces = plan.steady.pieces(sense_of(machine, machine.rotor) * grid)
+        at, inside = [p.branch for p in pieces], np.array([p.inside for p in pieces])
+        vibration, surplus = (np.where(inside, torque[at], np.nan) for torque in (vibration, surplus))
+        stable = stable[at] & np.array([p.stable for p in pieces])
+        names, overlapping = np.array([p.label for p in pieces], str), np.array([p.overlapping for p in pieces], np.int8)
+        of_pieces = [
+            Quantity("configuration_name", names, "steady phase configuration", "", "configuration", coordinate=True),
+            Quantity("overlapping", overlapping, "bodies of a track are in each other's place", "", "configuration"),
+        ]
+    speed, torque = machine.units.speed, machine.units.torque
+    return [
+        Quantity("speed", grid, "speed", speed, "speed"),
+        Quantity("drive_torque", drive, "torque of the drive", torque, "speed"),
+        Quantity("load_torque", load, "torque of loads and bearings", torque, "speed"),
+        Quantity("vibration_torque", vibration, "torque of the vibration", torque, along),
+        Quantity("surplus_torque", surplus, "drive less load and vibration", torque, along),
+        Quantity("stable", stable.astype(np.int8), "stable, if it is a working point", "", along),
+        *of_pieces,
+    ]
+
+
+def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quantity]:
+    """The working points; of bodies in steady phases with their configuration."""
+    units, rows = plan.steady.machine.units, [asdict(p) for p in findings.points]
+    for row, c, label in zip(rows, findings.configurations, labels, strict=False):
+        row |= {
+            "configuration": label, "name": c.name, "phases": c.phases, "residual_share": c.share,
+            "overlapping": c.overlapping, "indifferent": c.state.indifferent, "family_dimension": c.state.dimension,
+        }  # fmt: skip
+    parts = {
+        "speed": ("speed of a working point", units.speed),
+        "torque": ("torque of the drive there", units.torque),
+        "stable": ("whether it is stable", ""),
+        "tangential": ("whether the curves touch there, and do not cross", ""),
+        "slope": ("slope of the drive's characteristic there", f"{units.torque} {units.time}".strip()),
+        "no_load_speed": ("no-load speed of the straight line that replaces it", units.speed),
+        "slip": ("slip of an induction motor", ""),
+        "configuration": ("steady phase configuration there", ""),
+        "name": ("kind of configuration", ""),
+        "phases": ("phases of the bodies to the rotor", "rad"),
+        "residual_share": ("unbalance that is left, as a share of the rotor's", ""),
+        "overlapping": ("whether bodies of a track are in each other's place", ""),
+        "indifferent": ("whether phases can be chosen freely", ""),
+        "family_dimension": ("number of phases that can be chosen freely", ""),
+    }
+    columns = ["speed", "torque", "stable", *(("configuration", "overlapping") if plan.steady.branches else ())]
+    return table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns)
+
+
+def _of_machine(plan: Plan) -> list[Quantity]:
+    """What the machine has without vibration, and what was asked."""
+    machine, base = plan.steady.machine, plan.curves[0]
+    units, natural = machine.units, natural_frequencies(machine)
+    breakdown = None if base.breakdown is None else dict(zip(("slip", "speed", "torque"), base.breakdown, strict=True))
+    parts = {"slip": ("slip", ""), "speed": ("speed", units.speed), "torque": ("torque of the drive", units.torque)}
+    return [
+        Quantity("on", base.rotor.name, "rotor on whose shaft the torques act"),
+        Quantity("range", list(base.range), "lowest and highest speed", units.speed),
+        Quantity("bodies", "steady" if plan.steady.branches else "held", "where balancing bodies are"),
+        Quantity(
+            "free_speed", free_speed(machine, base.rotor), "speed reached without vibration", units.speed, "",
+            in_summary=True, headline=True,
+        ),
+        Quantity("breakdown", breakdown, "largest torque of an induction motor", parts=parts),
+        Quantity("runaway", base.runaway, "whether the drive's torque, without vibration, never meets the load"),
+        Quantity("mode", list(natural) or np.empty(0, "U1"), "mode of vibration", "", "mode"),
+        Quantity("natural_frequency", list(natural.values()), "natural frequency", units.speed, "mode"),
+        Quantity("natural_frequencies", natural, "natural frequencies by mode", units.speed),
+    ]  # fmt: skip
+
+
+def _label(plan: Plan, c: Configuration) -> str:
+    assert plan.steady.torques is not None
+    return str(labels_of(plan.steady.torques, c.state.beside, c.state.phases[:, None])[0])
+
+
+def _warnings(plan: Plan, findings: Findings) -> list[str]:
+    warnings, machine = list[str](), plan.steady.machine
+    if any(p.tangential for p in findings.points):
+        warnings.append("at a working point the curves only touch: the least change makes two of it or none")
+    if len(machine.rotors) > 1:
+        name = plan.curves[0].rotor.name
+        warnings.append(f"all rotors are taken to turn as fast as {name!r}, in the phases of the start")
+    return warnings
+
+
+def _sentence(findings: Findings, labels: list[str], runaway: bool) -> str:
+    overlapping = [c.overlapping for c in findings.configurations] or [False] * len(findings.points)
+    points = [p for p, over in zip(findings.points, overlapping, strict=True) if not over]
+    named = [name for name, p, over in zip(labels, findings.points, overlapping, strict=False) if p.stable and not over]
+    stable = sum(p.stable for p in points)
+    one, several = f"one working point, {'stable' if stable else 'not stable'}", f"{len(points)} working points"
+    count = one if len(points) == 1 else f"{several}, {stable} of them stable"
+    count += f": {', '.join(dict.fromkeys(named))}" if named else ""
+    if impossible := sum(overlapping):
+        count += f"; {impossible} more with bodies of a track in each other's place" if points else ""
+    if runaway:
+        away = "without vibration the drive's torque never meets the load: the rotor would run away"
+        return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away
+    if points:
+        return count
+    where = " in any steady phases that the balancing bodies have" if findings.search is not None else ""
+    return f"drive, load and vibration meet nowhere in the range{where}"
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a torque balance."""
+    summary, lines = result.wucht.summary, ReportLines(result)
+    points = summary["working_points"]
+    for point in [p for p in points if not p.get("overlapping")] or points:  # the verdict says how many are not possible
+        kind = "stable" if point["stable"] else "touching" if point["tangential"] else "unstable"
+        slip = "" if point["slip"] is None else ", slip {slip:%}"
+        lines.add(
+            kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}", point, "working_points", bodies=_bodies(point)
+        )
+    lines.add("free", "{free_speed} without vibration")
+    lines.add("breakdown", "{breakdown.torque} at {breakdown.speed}, slip {breakdown.slip:%}")
+    lines.add("resonance", "{natural_frequencies}")
+    return lines.report(summary["sentence"])
+
+
+def _drive(point: dict[str, Any]) -> str:
+    """The straight line that replaces the drive's characteristic there."""
+    if point["slope"] is None:
+        return "held by the drive's controller"
+    return (
+        "drive of constant torque there" if point["no_load_speed"] is None else "drive there like {slope} from {no_load_speed}"
+    )
+
+
+def _bodies(point: dict[str, Any]) -> str:
+    """The configuration of bodies in steady phases."""
+    if "configuration" not in point:
+        return ""
+    place = ", but bodies of a track in each other's place" if point["overlapping"] else ""
+    return f", {point['configuration']}{place}"
+
+
+_TALLEST, _BRAKING = 2.5, 0.5  # of the drive's largest torque: resonances are cut above, and its braking below this share
+_STARTING = 3.0  # times all torques that it has to meet: the torque of a motor at standstill is cut above
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Two panels from a torque balance's Dataset alone: all torques; and drive less load against the vibration.
+
+    Without load the second says it all, and is the only one.
+    """
+    speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
+    loaded, net = bool(np.abs(load).any()), drive - load
+    heights = 2.5 if loaded else 3.4
+    drawn, axes = new_figure(2 if loaded else 1, result.attrs["title"], result.attrs["sentence"], heights)
+    if loaded:
+        axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
+        axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
+        _resistance(axes[0], result, load + vibration, "load and vibration", result.point_torque.values)
+        _ordinate(axes[0], result, drive, result.point_torque.values)
+    axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
+    # Not of the net torque, which jumps at the set speed of a controlled drive.
+    net_points = result.point_torque.values - np.interp(result.point_speed.values, speed, load)
+    _resistance(axes[-1], result, vibration, "vibration", net_points)
+    _ordinate(axes[-1], result, net, net_points)
+    free = (float(result.free_speed), "speed without vibration")
+    mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
+    at = result.point_speed.values
+    axes[-1].set_xlim(min(speed[0], at.min(initial=speed[0])), max(speed[-1], at.max(initial=speed[-1])))
+    return drawn
+
+
+def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, at_points: np.ndarray) -> None:
+    """A line, dashed where a working point on it would not be stable; one for each configuration of the balancing bodies.
+
+    Working points are filled where stable, open where not; crosses where bodies would be in each other's place.
+    """
+    if torque.ndim > 1:
+        draw_configurations(axis, result, torque)
+    else:
+        stable = result.stable.values.astype(bool)
+        draw_by_stability(axis, result.speed.values, torque, stable, name, color=COLOURS[0], linewidth=1.2)
+    over, stable = np.zeros(len(at_points), bool), result.point_stable.values.astype(bool)
+    if "point_overlapping" in result:
+        over = result.point_overlapping.values.astype(bool)
+        axis.plot(result.point_speed.values[over], at_points[over], "x", color=GREY, markersize=4, zorder=5)
+    classes = (
+        (stable & ~over, "o", COLOURS[6], "working point, stable"), (~stable & ~over, "o", "white", "working point, not stable")
+    )  # fmt: skip
+    draw_classes(axis, result.point_speed.values, at_points, classes, color=COLOURS[6], markersize=6, zorder=5)
+
+
+def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: np.ndarray) -> None:
+    """The line of zero, the name of the axis, and limits so that the drive is seen, however high the resonance."""
+    vibration = result.vibration_torque.values + result.load_torque.values
+    driving = drive[drive * result.speed.values >= 0]
+    largest = float(np.abs(driving).max(initial=0.0))
+    shown = np.concatenate([[0.0], drive, vibration[np.isfinite(vibration)]])
+    low, high = float(shown.min()), float(shown.max())
+    if largest > 0:
+        above, below = (_TALLEST if driving[np.abs(driving).argmax()] * s > 0 else _BRAKING for s in (1, -1))
+        low, high = max(low, -below * largest), min(high, above * largest)
+        met = np.concatenate([np.abs(vibration[np.isfinite(vibration)]), np.abs(result.point_torque.values)])
+        most = _STARTING * float(met.max(initial=0.0)) or largest
+        low, high = max(low, -most), min(high, most)
+    points = shown_points[np.isfinite(shown_points)]
+    low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # wherever the machine works is shown
+    if high > low:
+        axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
+    axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+    axis.set_ylabel(with_unit("torque", result.drive_torque.attrs["units"]))
