@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: the random quantities, their samples, and the runs at each value of the parameter."""
+"""Question and machine -> plan -> findings: the random quantities, their samples, the runs at each value of the parameter."""
 
 from __future__ import annotations
 
