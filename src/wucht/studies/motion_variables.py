@@ -55,6 +55,16 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     ]
 
 
+def natural_vibrations(machine: Machine) -> list[Quantity]:
+    """The natural frequencies, as variables and in the summary."""
+    natural, unit = natural_frequencies(machine), machine.units.speed
+    return [
+        Quantity("mode", list(natural) or np.empty(0, "U1"), "mode of vibration", "", "mode"),
+        Quantity("natural_frequency", list(natural.values()), "natural frequency", unit, "mode"),
+        Quantity("natural_frequencies", natural, "natural frequencies by mode", unit),
+    ]
+
+
 def envelopes(machine: Machine, spans: Spans) -> list[Quantity]:
     """The limits of the main rotor's speed and of the axis' distance in spans of time that follow each other (span).
 

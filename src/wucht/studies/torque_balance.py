@@ -32,6 +32,7 @@ from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, answer, table
 from wucht.schema import si
+from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 if TYPE_CHECKING:
@@ -228,7 +229,7 @@ def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quanti
 def _of_machine(plan: Plan) -> list[Quantity]:
     """What the machine has without vibration, and what was asked."""
     machine, base = plan.steady.machine, plan.curves[0]
-    units, natural = machine.units, natural_frequencies(machine)
+    units = machine.units
     breakdown = None if base.breakdown is None else dict(zip(("slip", "speed", "torque"), base.breakdown, strict=True))
     parts = {"slip": ("slip", ""), "speed": ("speed", units.speed), "torque": ("torque of the drive", units.torque)}
     return [
@@ -241,9 +242,7 @@ def _of_machine(plan: Plan) -> list[Quantity]:
         ),
         Quantity("breakdown", breakdown, "largest torque of an induction motor", parts=parts),
         Quantity("runaway", base.runaway, "whether the drive's torque, without vibration, never meets the load"),
-        Quantity("mode", list(natural) or np.empty(0, "U1"), "mode of vibration", "", "mode"),
-        Quantity("natural_frequency", list(natural.values()), "natural frequency", units.speed, "mode"),
-        Quantity("natural_frequencies", natural, "natural frequencies by mode", units.speed),
+        *natural_vibrations(machine),
     ]  # fmt: skip
 
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.analysis.forced import Forced
+from wucht.analysis.throw import NUMBERS
 from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies
-from wucht.results.conventions import Variable, answered, assuming, variable
-from wucht.studies.response.maxima import Curve, Maximum, found_maxima
+from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.motion_variables import natural_vibrations
+from wucht.studies.response.maxima import Curve, Maxima, Maximum, found_maxima
 from wucht.studies.response.prepare import Plan
 from wucht.studies.response.run import Findings, centre_distance, eccentricity_of, lag_of, losses_of, self_centring_speed
 
@@ -21,115 +24,107 @@ if TYPE_CHECKING:
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a response.
-
-    Coordinates: speed (N), direction (free coordinates of the carrier), body, mode, peak; of bodies in steady phases
-    configuration, with its configuration_name. Variables over the speed, with steady phases over configuration and speed:
-    displacement_real, displacement_imag (q = Re[z exp(i w t)], w t being the angle a body has turned from its start),
-    displacement_amplitude, lag (direction, speed); amplitude, minor_axis, centre_distance, vibration_torque, required_torque
-    (speed); torque_on_body (body, speed); then loss_torque (speed); stable (configuration, speed), overlapping
-    (configuration); eccentricity, free_speed, natural_frequency (mode), peak_speed, peak_amplitude, with steady phases
-    peak_configuration (peak).
-    """
-    import xarray as xr_
-
-    machine, w, steady = plan.steady.machine, findings.speeds, plan.steady
-    units, natural, free = machine.units, natural_frequencies(machine), free_speed(machine, machine.rotor)
-    eccentricity, losses, pieces = eccentricity_of(machine), losses_of(machine, w), steady.pieces(w)
+    """The Dataset of a response: q = Re[z exp(i w t)], w t being the angle that a body has turned from its start."""
+    w, steady = findings.speeds, plan.steady
+    machine, pieces = steady.machine, steady.pieces(w)
+    eccentricity, losses, free = eccentricity_of(machine), losses_of(machine, w), free_speed(machine, machine.rotor)
     each = [_over_speed(plan, forced, eccentricity, w, losses) for forced in steady.curves]
     maxima = found_maxima(plan, findings, [_curve(one, k, pieces) for k, one in enumerate(each)])
-    coordinates = {
-        "speed": variable("speed", w, "speed", units.speed),
-        "direction": variable("direction", list(machine.free_labels), "direction"),
-        "body": variable("body", [b.name for b in machine.bodies], "body"),
-        "mode": variable("mode", list(natural), "mode of vibration"),
-    }
-    data = {
-        **(_of_pieces(each, pieces) if steady.branches else each[0]),
-        "loss_torque": variable("speed", losses, "torque of loads and bearings", units.torque),
-        "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
-        "free_speed": variable("", math.nan if free is None else free, "speed reached without vibration", units.speed),
-        "eccentricity": variable("", eccentricity, "eccentricity of the rotor", units.length),
-        "peak_speed": variable("peak", [m.speed for m in maxima.amplitudes], "speed of a largest amplitude", units.speed),
-        "peak_amplitude": variable("peak", [m.value for m in maxima.amplitudes], "largest amplitude", machine.orbit_unit),
-    }
-    if steady.branches:
-        names = np.array([p.label for p in pieces], str)
-        coordinates["configuration_name"] = variable("configuration", names, "steady phase configuration")
-        data["peak_configuration"] = variable(
-            "peak", np.array([m.label for m in maxima.amplitudes], str), "configuration there"
-        )
-    inside = sorted(x for x in natural.values() if x > 0 and plan.range[0] <= x <= plan.range[1])
+    inside = sorted(x for x in natural_frequencies(machine).values() if x > 0 and plan.range[0] <= x <= plan.range[1])
     critical = [x for x, below in zip(inside, [0.0, *inside], strict=False) if not math.isclose(x, below, rel_tol=1e-9)]
     excited = any(bool(forced.force(w).any()) for forced in steady.curves)
-    sentence = _sentence(excited, critical, free, maxima.at_free)
-    largest, hardest = maxima.largest, maxima.hardest
-    summary = {
-        "sentence": sentence,
-        "range": list(plan.range),
-        "bodies": "steady" if steady.branches else "held",
-        "critical_speeds": critical,
-        "natural_frequencies": natural,
-        "peak_amplitude": None if largest is None else largest.value,
-        "peak_speed": None if largest is None or largest.value == 0 else largest.speed,
-        "peaks": [_entry("amplitude", m) for m in maxima.amplitudes],
-        "peak_torque": None if hardest is None else hardest.value,
-        "peak_torque_speed": None if hardest is None or not hardest.value > 0 else hardest.speed,
-        "torque_peaks": [_entry("torque", m) for m in maxima.torques],
-        "free_speed": free,
-        "amplitude_at_free_speed": max((m.value for m in maxima.at_free), default=None),
-        "configurations_at_free_speed": [m.label for m in maxima.at_free if m.label],
-        "throw_at_free_speed": None if maxima.throw is None else maxima.throw.numbers,
-        "eccentricity": eccentricity,
-        "self_centring_speed": self_centring_speed(steady, eccentricity, w) if excited else None,
-    }
+    speed, centred = machine.units.speed, self_centring_speed(steady, eccentricity, w) if excited else None
+    quantities = [
+        Quantity("speed", w, "speed", speed, "speed"),
+        Quantity("direction", list(machine.free_labels), "direction", "", "direction"),
+        Quantity("body", [b.name for b in machine.bodies], "body", "", "body"),
+        Quantity("range", list(plan.range), "lowest and highest speed", speed),
+        Quantity("bodies", "steady" if steady.branches else "held", "where balancing bodies are"),
+        Quantity("critical_speeds", critical, "critical speeds in the range", speed),
+        *natural_vibrations(machine),
+        *(_of_pieces(each, pieces) if steady.branches else each[0]),
+        *_of_maxima(plan, maxima),
+        Quantity("loss_torque", losses, "torque of loads and bearings", machine.units.torque, "speed"),
+        Quantity("free_speed", free, "speed reached without vibration", speed, "", in_summary=True),
+        Quantity("eccentricity", eccentricity, "eccentricity of the rotor", machine.units.length, "", in_summary=True),
+        Quantity("self_centring_speed", centred, "speed from which the centre of mass is within the orbit of the axis", speed),
+    ]
     undamped = sorted({x for c in findings.curves for x in c.undamped})
-    resonances = [f"{x:.6g} {units.speed}".rstrip() for x in undamped]
+    resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped]
     warnings = [f"nothing damps the resonance at {at}: there the amplitude is infinite" for at in resonances]
-    result = answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings + steady.warnings)
-    return assuming(result, steady.assumed)
+    sentence = _sentence(excited, critical, free, maxima.at_free)
+    return answer(quantities, sentence, warnings + steady.warnings, steady.assumed)
 
 
-def _over_speed(plan: Plan, forced: Forced, eccentricity: float, w: np.ndarray, losses: np.ndarray) -> dict[str, Variable]:
+def _over_speed(plan: Plan, forced: Forced, eccentricity: float, w: np.ndarray, losses: np.ndarray) -> list[Quantity]:
     """What one curve of the vibration says, over the speed."""
     known = forced.phases(w)
     forced = replace(forced, placed=known[0] if known[1] is None else lambda _: known)  # computed once
     machine, units, z = plan.steady.machine, plan.steady.machine.units, forced.displacement(w)[0].T
-    along, vibration = "direction speed", forced.torque(w)[0]
+    along, vibration, orbit = "direction speed", forced.torque(w)[0], machine.orbit_unit
     on_bodies = np.array([forced.torque_on(w, [i])[0] for i in range(len(machine.bodies))])
     centre = centre_distance(plan.steady, forced, eccentricity, w)
-    return {
-        "displacement_real": variable(along, z.real, "displacement at the start of a turn (r: rad)", units.length),
-        "displacement_imag": variable(along, z.imag, "displacement a quarter turn before (r: rad)", units.length),
-        "displacement_amplitude": variable(along, np.abs(z), "amplitude of the carrier (r: rad)", units.length),
-        "lag": variable(along, lag_of(machine, forced, w, z), "phase lag behind the unbalance", "rad"),
-        "amplitude": variable("speed", forced.amplitude(w)[0], "amplitude of the axis", machine.orbit_unit),
-        "minor_axis": variable("speed", forced.minor(w), "semi-minor axis of the orbit", machine.orbit_unit),
-        "centre_distance": variable("speed", centre, "distance of the centre of mass", units.length),
-        "vibration_torque": variable("speed", vibration, "torque of the vibration", units.torque),
-        "required_torque": variable("speed", vibration + losses, "torque required", units.torque),
-        "torque_on_body": variable("body speed", on_bodies, "torque of the vibration on a body", units.torque),
-    }
+    return [
+        Quantity("displacement_real", z.real, "displacement at the start of a turn (r: rad)", units.length, along),
+        Quantity("displacement_imag", z.imag, "displacement a quarter turn before (r: rad)", units.length, along),
+        Quantity("displacement_amplitude", np.abs(z), "amplitude of the carrier (r: rad)", units.length, along),
+        Quantity("lag", lag_of(machine, forced, w, z), "phase lag behind the unbalance", "rad", along),
+        Quantity("amplitude", forced.amplitude(w)[0], "amplitude of the axis", orbit, "speed"),
+        Quantity("minor_axis", forced.minor(w), "semi-minor axis of the orbit", orbit, "speed"),
+        Quantity("centre_distance", centre, "distance of the centre of mass", units.length, "speed"),
+        Quantity("vibration_torque", vibration, "torque of the vibration", units.torque, "speed"),
+        Quantity("required_torque", vibration + losses, "torque required", units.torque, "speed"),
+        Quantity("torque_on_body", on_bodies, "torque of the vibration on a body", units.torque, "body speed"),
+    ]
 
 
-def _curve(values: dict[str, Variable], k: int, pieces: list[Piece]) -> Curve:
-    """Of the k-th curve what its maxima are found from."""
+def _curve(values: Sequence[Quantity], k: int, pieces: list[Piece]) -> Curve:
+    """Of the k-th curve what its maxima are searched in."""
     stable = [p.stable for p in pieces if p.branch == k and not p.overlapping]
-    always = not pieces
-    amplitude, torque = values["amplitude"][1], values["vibration_torque"][1]
-    return Curve(amplitude, torque, np.any(stable, axis=0) if stable else np.full(len(amplitude), always))
+    amplitude, torque = (next(q.value for q in values if q.name == name) for name in ("amplitude", "vibration_torque"))
+    return Curve(amplitude, torque, np.any(stable, axis=0) if stable else np.full(len(amplitude), not pieces))
 
 
-def _of_pieces(each: list[dict[str, Variable]], pieces: list[Piece]) -> dict[str, Variable]:
+def _of_pieces(each: list[list[Quantity]], pieces: list[Piece]) -> list[Quantity]:
     """The same over configurations, each where it has its name."""
-    variables: dict[str, Variable] = {}
-    for name, (dimensions, _, words) in each[0].items():
-        values = [np.where(p.inside, each[p.branch][name][1], np.nan) for p in pieces]
-        variables[name] = (("configuration", *dimensions), np.array(values), words)
     stable, over = (np.array([getattr(p, name) for p in pieces], np.int8) for name in ("stable", "overlapping"))
-    variables["stable"] = variable("configuration speed", stable, "stable with the rotor held at the speed")
-    variables["overlapping"] = variable("configuration", over, "bodies of a track are in each other's place")
-    return variables
+    names, along = np.array([p.label for p in pieces], str), "configuration"
+    quantities = [
+        Quantity("configuration_name", names, "steady phase configuration", "", along, coordinate=True),
+        Quantity("stable", stable, "stable with the rotor held at the speed", "", f"{along} speed"),
+        Quantity("overlapping", over, "bodies of a track are in each other's place", "", along),
+    ]
+    for k, q in enumerate(each[0]):
+        values = np.array([np.where(p.inside, each[p.branch][k].value, np.nan) for p in pieces])
+        quantities.append(replace(q, value=values, dimensions=f"{along} {q.dimensions}"))
+    return quantities
+
+
+def _of_maxima(plan: Plan, maxima: Maxima) -> list[Quantity]:
+    """The largest amplitudes and torques, and the vibration in operation."""
+    units, orbit, at_free = plan.steady.machine.units, plan.steady.machine.orbit_unit, maxima.at_free
+    largest, hardest, peaks = maxima.largest, maxima.hardest, maxima.amplitudes
+    there = {"configuration": ("configuration there", ""), "stable": ("whether it is stable there", "")}
+    amplitude = {"speed": ("speed of a largest amplitude", units.speed), "amplitude": ("largest amplitude", orbit)} | there
+    torque = {"speed": ("speed of a largest torque", units.speed), "torque": ("largest torque", units.torque)} | there
+    columns: dict[str, Any] = {"speed": [m.speed for m in peaks], "amplitude": [m.value for m in peaks]}
+    columns |= {"configuration": np.array([m.label for m in peaks], str)} if plan.steady.branches else {}
+    where = largest.speed if largest is not None and largest.value != 0 else None
+    hardest_where = hardest.speed if hardest is not None and hardest.value > 0 else None
+    operation, throw = max((m.value for m in at_free), default=None), None if maxima.throw is None else maxima.throw.numbers
+    labels = [m.label for m in at_free if m.label]
+    return [
+        Quantity("peak_amplitude", largest and largest.value, "largest amplitude of the axis", orbit, headline=True),
+        Quantity("peak_speed", where, "speed of the largest amplitude", units.speed),
+        *table("peaks", [_entry("amplitude", m) for m in peaks], "largest amplitudes", amplitude),
+        *(Quantity(f"peak_{part}", values, *amplitude[part], "peak") for part, values in columns.items()),
+        Quantity("peak_torque", hardest and hardest.value, "largest torque of the vibration", units.torque, headline=True),
+        Quantity("peak_torque_speed", hardest_where, "speed of the largest torque", units.speed),
+        *table("torque_peaks", [_entry("torque", m) for m in maxima.torques], "largest torques of the vibration", torque),
+        Quantity("amplitude_at_free_speed", operation, "amplitude at the speed reached without vibration", orbit),
+        Quantity("configurations_at_free_speed", labels, "stable configurations at that speed"),
+        Quantity("throw_at_free_speed", throw, "how the carrier throws at that speed", parts=NUMBERS),
+    ]
 
 
 def _entry(name: str, m: Maximum) -> dict[str, Any]:

@@ -19,7 +19,6 @@ class Response(Spec):
 
     kind: ClassVar[str] = "response"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "amplitude"), ("speed", "required_torque"))
-    headline: ClassVar[tuple[str, ...]] = ("peak_amplitude", "peak_torque")
     solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
     range: Interval | None = si("rad/s", "speed", default=None, help=(
