@@ -65,6 +65,14 @@ def natural_vibrations(machine: Machine) -> list[Quantity]:
     ]
 
 
+def parameter_values(machine: Machine) -> list[Quantity]:
+    """The parameters of the machine, SI."""
+    return [
+        Quantity("parameter", list(machine.values), "parameter", "", "parameter"),
+        Quantity("parameters", list(machine.values.values()), "parameter values", "", "parameter"),
+    ]
+
+
 def envelopes(machine: Machine, spans: Spans) -> list[Quantity]:
     """The limits of the main rotor's speed and of the axis' distance in spans of time that follow each other (span).
 

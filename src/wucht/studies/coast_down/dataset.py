@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wucht.dynamics.run_ups.descent_record import Record
 from wucht.dynamics.run_ups.initial_state import angles_in, listed
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.machines.operation import natural_frequencies
-from wucht.results.conventions import answered, assuming, variable
+from wucht.machines.machine import Machine
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.coast_down.prepare import CarrierStart, Plan
 from wucht.studies.coast_down.run import Findings
+from wucht.studies.motion_variables import natural_vibrations, parameter_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,22 +25,36 @@ _LAST = 0.1  # share of the run that the outcome is judged by
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a coast-down.
-
-    time (N): angle, speed, min_speed, max_speed and amplitude since the sample before, energy_residual, dissipated_work.
-    turn (K): mean_speed over each turn until the first reversal, at the time in the middle of it. natural_frequency (mode).
-    end_state (state): states and works at the end.
-    """
-    import xarray as xr_
-
+    """The Dataset of a coast-down."""
     record, compiled = findings
-    machine, failure, rows = plan.machine, record.end.failure, dict(record.rows)
+    rows, units, end = dict(record.rows), plan.machine.units, record.end
     if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
         first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
         rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
-    largest = int(rows["amplitude"].argmax())
-    units, natural = machine.units, natural_frequencies(machine)
-    of_rows = {
+    ending, at_the_end = _ending(record, units.speed)
+    quantities = [
+        *at_the_end,
+        *_of_course(plan, record, rows),
+        *_of_rows(plan.machine, rows),
+        Quantity("turn_time", record.turns[0], "time", units.time, "turn", coordinate=True),
+        Quantity("mean_speed", record.turns[1], "mean speed over a turn", units.speed, "turn"),
+        *(q for q in natural_vibrations(plan.machine) if q.dimensions),
+        *parameter_values(plan.machine),
+        Quantity("end_state", end.end_state, "state and accumulated works at the end", "", "state"),
+    ]
+    unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
+    half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
+    back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
+    assumed = [*_carrier_assumed(plan), *_rotors_assumed(plan), *plan.bodies.assumed(plan.phases)]
+    more = {"outcome": at_the_end[0].value or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
+    return answer(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumed, end.failure, **more)
+
+
+def _of_rows(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+    """What is recorded over the time."""
+    units = machine.units
+    words = {
+        "time": ("time", units.time),
         "angle": ("angle of the rotor", "rad"),
         "speed": ("speed of the rotor", units.speed),
         "min_speed": ("least speed since the last sample", units.speed),
@@ -47,33 +63,30 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "energy_residual": ("energy residual, relative", ""),
         "dissipated_work": ("energy dissipated", units.energy),
     }
-    data = {name: variable("time", rows[name], *described) for name, described in of_rows.items()} | {
-        "mean_speed": variable("turn", record.turns[1], "mean speed over a turn", units.speed),
-        "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
-        "parameters": variable("parameter", list(machine.values.values()), "parameter values"),
-        "end_state": variable("state", record.end.end_state, "state and accumulated works at the end"),
-    }
-    coordinates = {
-        "time": variable("time", rows["time"], "time", units.time),
-        "turn_time": variable("turn", record.turns[0], "time", units.time),
-        "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
-        "parameter": variable("parameter", list(machine.values), "parameter"),
-    }
-    reversal_time, unit = next(iter(record.reversals), None), f" {units.time}" if units.time else ""
-    summary = _ending(record) | {
-        "start_speed": record.start_speed,
-        "half_time": record.half_time,
-        "reversal_time": reversal_time,
-        "end_time": float(rows["time"][-1]),
-        "turns": float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi),
-        "carrier_start": str(plan.carrier),
-        "peak_amplitude": float(rows["amplitude"][largest]),
-        "peak_speed": float(rows["speed"][largest]) if rows["amplitude"][largest] else None,
-        "energy_residual": float(rows["energy_residual"].max()),
-    }
-    half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
-    back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
-    sentence, warnings = f"{summary['sentence']}{half}{back}", [failure] if failure else []
+    return [Quantity(name, rows[name], *both, "time") for name, both in words.items()]
+
+
+def _of_course(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+    """When it has slowed down, how far it turned, and how it vibrated meanwhile."""
+    units, largest = plan.machine.units, int(rows["amplitude"].argmax())
+    turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
+    there, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
+    back, length = next(iter(record.reversals), None), plan.machine.orbit_unit
+    return [
+        Quantity("start_speed", record.start_speed, "speed of the rotor at the start", units.speed, headline=True),
+        Quantity("half_time", record.half_time, "time after which the speed has halved", units.time, headline=True),
+        Quantity("reversal_time", back, "time at which the rotor turns back first", units.time, headline=True),
+        Quantity("end_time", float(rows["time"][-1]), "time at the end", units.time, headline=True),
+        Quantity("turns", turns, "number of turns"),
+        Quantity("carrier_start", str(plan.carrier), "how the carrier starts"),
+        Quantity("peak_amplitude", amplitude, "largest amplitude of the axis", length, headline=True),
+        Quantity("peak_speed", there, "speed of the rotor there", units.speed),
+        Quantity("energy_residual", residual, "largest relative error of the energy balance"),
+    ]
+
+
+def _warnings(plan: Plan, failure: str | None) -> list[str]:
+    warnings = [failure] if failure else []
     if plan.carrier is CarrierStart.REST:
         steady = "vibration = 'steady' starts with the vibration of that speed"
         other = f"the machine {plan.why_at_rest}" if plan.why_at_rest else steady
@@ -83,9 +96,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         )
     if plan.bodies.why_held:
         warnings.append(f"balancing bodies start as held, as their steady phases are not computed: {plan.bodies.why_held}")
-    more = {"outcome": summary["outcome"] or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
-    result = answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, failure, **more)
-    return assuming(result, [*_carrier_assumed(plan), *_rotors_assumed(plan), *plan.bodies.assumed(plan.phases)])
+    return warnings
 
 
 def _rotors_assumed(plan: Plan) -> list[str]:
@@ -102,8 +113,8 @@ def _carrier_assumed(plan: Plan) -> list[str]:
     return [f"the carrier starts {at_first}"]
 
 
-def _ending(record: Record) -> dict[str, Any]:
-    """How it ends, by the last tenth of the run, or by what follows the first reversal if that is shorter.
+def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
+    """How it ends, in words and numbers, by the last tenth of the run, or by what follows the first reversal if that is less.
 
     ``failed``: it could not be integrated further. ``stopped``: below a ten-thousandth of the speed at the start.
     ``oscillating``: turned back at least twice, and less than a turn was made. Else no outcome: it still turns, or creeps on.
@@ -125,10 +136,11 @@ def _ending(record: Record) -> dict[str, Any]:
         outcome = Outcome.STOPPED
     elif len(record.reversals) >= 2 and np.ptp(late["angle"]) < 2 * math.pi:
         outcome = Outcome.OSCILLATING
-    return {
-        "outcome": outcome and str(outcome),
-        "sentence": outcome.sentence if outcome else sentence,
-        "final_speed": mean,
-        "min_speed": low,
-        "max_speed": high,
-    }
+    ending = outcome.sentence if outcome else sentence
+    return ending, [
+        Quantity("outcome", outcome and str(outcome), "outcome"),
+        Quantity("sentence", ending, "how it ends"),
+        Quantity("final_speed", mean, "mean speed of the rotor at the end", unit),
+        Quantity("min_speed", low, "least speed of the rotor at the end", unit),
+        Quantity("max_speed", high, "greatest speed of the rotor at the end", unit),
+    ]

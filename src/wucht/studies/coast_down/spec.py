@@ -16,7 +16,6 @@ class CoastDown(Spec):
 
     kind: ClassVar[str] = "coast-down"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
-    headline: ClassVar[tuple[str, ...]] = ("start_speed", "half_time", "reversal_time", "end_time", "peak_amplitude")
     solves: ClassVar[str] = FULL
 
     until: float | None = si("s", "time", default=None, gt=0, help=(

@@ -12,10 +12,11 @@ import numpy as np
 from wucht.analysis.configurations.averaged_stability import REGIONS, Regions
 from wucht.analysis.configurations.configuration import STABLE, STABLE_SLOW, UNDECIDED, Configuration
 from wucht.analysis.configurations.state_names import NAMES
+from wucht.analysis.throw import NUMBERS
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
-from wucht.machines.operation import natural_frequencies
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.quantities import Quantity, answer
+from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.synchronous_states.prepare import Plan
 from wucht.studies.synchronous_states.run import Findings
 
@@ -26,59 +27,30 @@ _NOTHING = {float: math.nan, int: -1}  # where the summary has None
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """Put steady phase configurations into a Dataset.
+    """Put steady phase configurations into a Dataset. comparable, an attribute: all turn about one axis.
 
-    Coordinates: state, body (the main rotor first), body_name; with a map: map_speed, map_ratio, region. Variables of a state:
-    name, speed, family_dimension, multiplicity, residual_unbalance (not a number where there is none), amplitude, stable_slow
-    and stable_full (1, 0, or -1: not decided), verdict (both in words), overlapping, growth_slow and growth_full (largest real
-    part of an exponent); (state, body): phase, as in the summary, and force_angle, the direction of its centrifugal force to
-    the main rotor's, in its own sense; (body): unbalance. natural_frequency (mode). map_stable, map_exists (region, map_ratio,
-    map_speed). comparable, an attribute: all turn about one axis. Of a family one member stands here, but stable_slow and
-    stable_full hold for all that were looked at (-1 where they differ).
+    Of a family it has one member, but stable_slow and stable_full hold for all that were examined (-1 where they differ).
     """
-    import xarray as xr_
-
-    t, units = plan.torques, plan.machine.units
-    states = sorted(findings.configurations, key=lambda c: c.rank)
-    entries = [_entry(c) for c in states]
-    natural = natural_frequencies(t.machine)
-    data = _of_states(plan.machine, entries) | _of_bodies(plan, states)
-    data["natural_frequency"] = variable("mode", list(natural.values()), "natural frequency", units.speed)
-    coordinates = {
-        "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
-        "state": variable("state", np.arange(len(states)), "state"),
-        "body_name": variable("body", list(t.names), "body"),
-    }
-    if findings.map is not None:
-        cells, stable, exists = "region map_ratio map_speed", findings.map.stable, findings.map.exists
-        data |= {
-            "map_stable": variable(cells, stable.astype(np.int8), "a state of this kind is stable (averaged equations)"),
-            "map_exists": variable(cells, exists.astype(np.int8), "a state of this kind exists"),
-        }
-        coordinates |= {
-            "map_speed": variable("map_speed", findings.map.speed, "speed", units.speed),
-            "map_ratio": variable("map_ratio", findings.map.ratio, "unbalance of the balancing bodies over that of the rotor"),
-            "region": variable("region", list(REGIONS), "state"),
-        }
-    sense, sentence = float(t.senses[0]), _sentence(plan, states)
-    summary = {
-        "sentence": sentence,
-        "speed": None if t.given is None else sense * t.given,
-        "range": None if plan.speeds is None else [sense * w for w in plan.speeds],
-        "full": plan.spec.full,
-        "states": entries,
-        "complete": findings.search.complete,
-        "shown": findings.search.shown,
-        "natural_frequencies": natural,
-        "map": None if findings.map is None else _shares(findings.map),
-    }
-    warnings = _warnings(plan, findings, states)
-    return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, comparable=int(t.in_line))
+    t, search, unit = plan.torques, findings.search, plan.machine.units.speed
+    states, sense = sorted(findings.configurations, key=lambda c: c.rank), float(t.senses[0])
+    given, limits = None if t.given is None else sense * t.given, plan.speeds and [sense * w for w in plan.speeds]
+    quantities = [
+        Quantity("speed", given, "speed of the main rotor, where it is given", unit),
+        Quantity("range", limits, "lowest and highest speed that are searched", unit),
+        Quantity("full", plan.spec.full, "whether the multipliers of the full equations are computed"),
+        *_of_states(plan.machine, [_entry(c) for c in states]),
+        *_of_bodies(plan, states),
+        Quantity("complete", search.complete, "whether these are shown to be all states"),
+        Quantity("shown", search.shown, "how far they are shown to be all"),
+        *natural_vibrations(t.machine),
+        *_of_map(findings.map, unit),
+    ]
+    return answer(quantities, _sentence(plan, states), _warnings(plan, findings, states), comparable=int(t.in_line))
 
 
-def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
+def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     units = machine.units
-    rate = f"1/{units.time}" if units.time else ""
+    rate, angle = (f"1/{units.time}", "rad") if units.time else ("", "")
     columns: dict[str, tuple[Any, str, str]] = {
         "name": ("U16", "name", ""),
         "speed": (float, "speed of the main rotor", units.speed),
@@ -93,22 +65,54 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> dict[s
         "family_dimension": (int, "dimension of the family of states", ""),
         "multiplicity": (int, "states that differ in equal bodies only", ""),
     }
-    return {
-        key: variable("state", np.array([_NOTHING.get(kind, "") if e[key] is None else e[key] for e in entries], kind), *words)
-        for key, (kind, *words) in columns.items()
-    }
+    parts = {key: (what, unit) for key, (_, what, unit) in columns.items()} | NUMBERS | {
+        "type": ("kind of force balance", ""),
+        "phases": ("phases of the bodies to the rotor", angle),
+        "residual_share": ("unbalance that is left, as a share of the rotor's", ""),
+        "family_stable_share": ("share of the family that is stable", ""),
+        "indifferent": ("whether all greater speeds are as good", ""),
+        "why": ("why the equations disagree or do not decide", ""),
+    }  # fmt: skip
+    variables = [
+        Quantity(
+            key, np.array([_NOTHING.get(kind, "") if e[key] is None else e[key] for e in entries], kind), what, unit, "state"
+        )
+        for key, (kind, what, unit) in columns.items()
+    ]
+    numbers = Quantity("state", np.arange(len(entries)), "state", "", "state")
+    return [numbers, *variables, Quantity("states", entries, "steady phase configurations", parts=parts)]
 
 
-def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> dict[str, Variable]:
+def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> list[Quantity]:
+    """The phases as the summary has them, and directions of centrifugal forces to the main rotor's, in its sense."""
     t, angle = plan.torques, "rad" if plan.machine.units.time else ""
-    own = dict(zip((b.name for b in t.machine.bodies), np.abs(unbalances(t.machine)), strict=True))
+    size = dict(zip((b.name for b in t.machine.bodies), np.abs(unbalances(t.machine)), strict=True))
     turned = np.array([c.state.phases for c in states]).reshape(len(states), t.size)
     phases = np.array([[c.phases.get(n, 0.0) for n in t.names] for c in states]).reshape(len(states), t.size)
-    return {
-        "phase": variable("state body", phases, "phase", angle),
-        "force_angle": variable("state body", turned, "direction of the centrifugal force to the rotor's", angle),
-        "unbalance": variable("body", [own[n] for n in t.names], "unbalance", _moment(plan.machine)),
-    }
+    return [
+        Quantity("body_name", list(t.names), "body", "", "body", coordinate=True),
+        Quantity("phase", phases, "phase", angle, "state body"),
+        Quantity("force_angle", turned, "direction of the centrifugal force to the rotor's", angle, "state body"),
+        Quantity("unbalance", [size[n] for n in t.names], "unbalance", _moment(plan.machine), "body"),
+    ]
+
+
+def _of_map(regions: Regions | None, speed: str) -> list[Quantity]:
+    """Where states of each kind are stable; and on which share of the map one is, or none at all."""
+    what, part = "shares of the map", {"stable_share": ("share with a stable state of a kind", "")}
+    if regions is None:
+        return [Quantity("map", None, what, parts=part)]
+    cells, stable, exists = "region map_ratio map_speed", regions.stable.astype(np.int8), regions.exists.astype(np.int8)
+    shares = {name: float(regions.stable[k].mean()) for k, name in enumerate(REGIONS)}
+    shares["none"] = float((~regions.stable.any(axis=0)).mean())
+    return [
+        Quantity("map_speed", regions.speed, "speed", speed, "map_speed"),
+        Quantity("map_ratio", regions.ratio, "unbalance of the balancing bodies over that of the rotor", "", "map_ratio"),
+        Quantity("region", list(REGIONS), "state", "", "region"),
+        Quantity("map_stable", stable, "a state of this kind is stable (averaged equations)", "", cells),
+        Quantity("map_exists", exists, "a state of this kind exists", "", cells),
+        Quantity("map", {"stable_share": shares}, what, parts=part),
+    ]
 
 
 def _moment(machine: Machine) -> str:
@@ -128,12 +132,6 @@ def _entry(c: Configuration) -> dict[str, Any]:
         "growth_full": None if c.full.leading is None else c.full.leading.real,
         "why": c.why, **({} if c.throw is None else c.throw.numbers),
     }  # fmt: skip
-
-
-def _shares(regions: Regions) -> dict[str, Any]:
-    """Which share of the map has a stable state of each kind, and none at all."""
-    shares = {name: float(regions.stable[k].mean()) for k, name in enumerate(REGIONS)}
-    return {"stable_share": shares | {"none": float((~regions.stable.any(axis=0)).mean())}}
 
 
 def _sentence(plan: Plan, states: Sequence[Configuration]) -> str:

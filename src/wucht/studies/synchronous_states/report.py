@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.formatting import formats
+from wucht.results.formatting import ReportLines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,23 +18,22 @@ _GENTLE = 0.05  # machine number below which the vibration is nothing to speak o
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for synchronous states."""
-    s, (speed, _) = result.wucht.summary, formats(result)
-    lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
-    if s["speed"] is not None:
-        lines.append(f"  speed        {speed(s['speed'])}, given")
+    s, lines = result.wucht.summary, ReportLines(result)
+    lines.add("speed", "{speed}, given")
     for state in (s["states"][k] for k in chosen([entry["verdict"] for entry in s["states"]], _MOST)):
-        lines.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"]), s["full"]))
-        if state["why"] and s["full"]:
-            lines.append(f"               {state['why']}")
+        name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
+        lines.add(f"{name:18} ", _line(state, "" if s["speed"] is not None else " at {speed}", s["full"]), state, "states")
+        if s["full"]:
+            lines.add("", "{why}", state)
         if state.get("machine_number", 0.0) >= _GENTLE and not state["verdict"].startswith("unstable"):
-            lines.append(f"               {_throw(state)}")
+            lines.add("", _throw(state))
     if len(s["states"]) > _MOST:
-        lines.append(f"  and {len(s['states']) - _MOST} more: see the Dataset")
-    lines.append(f"  complete     {'yes' if s['complete'] else 'not shown'}: {s['shown']}")
+        lines.add(f"and {len(s['states']) - _MOST} more: see the Dataset", "")
+    lines.add("complete", f"{'yes' if s['complete'] else 'not shown'}: {s['shown']}")
     if s["map"] is not None:
         shares = "; ".join(f"{name} {100 * share:.0f} %" for name, share in s["map"]["stable_share"].items() if share)
-        lines.append(f"  map          stable: {shares}")
-    return lines
+        lines.add("map", f"stable: {shares}")
+    return lines.report(s["sentence"])
 
 
 def chosen(verdicts: Sequence[str], most: int) -> list[int]:
@@ -42,15 +41,13 @@ def chosen(verdicts: Sequence[str], most: int) -> list[int]:
     return sorted(sorted(range(len(verdicts)), key=lambda k: verdicts[k].startswith("unstable"))[:most])
 
 
-def _line(state: dict[str, Any], speed: str | None, full: bool) -> str:
-    name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
+def _line(state: dict[str, Any], at: str, full: bool) -> str:
     angles = ", ".join(f"{body} {_degrees(phase)}\u00b0" for body, phase in state["phases"].items())
-    left = "" if state["residual_share"] is None else f", {100 * state['residual_share']:.3g} % of the unbalance left"
-    family = f", one of a family of dimension {state['family_dimension']}" if state["family_dimension"] else ""
-    several = f", {state['multiplicity']} ways" if state["multiplicity"] > 1 and not family else ""
+    left = "" if state["residual_share"] is None else ", {residual_share:%} of the unbalance left"
+    family = ", one of a family of dimension {family_dimension:d}" if state["family_dimension"] else ""
+    several = ", {multiplicity:d} ways" if state["multiplicity"] > 1 and not family else ""
     overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""
-    at = "" if speed is None else f" at {speed}"
-    return f"{name:18} {_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
+    return f"{_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
 
 
 def _throw(state: dict[str, Any]) -> str:
