@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wucht.dynamics.sweeps.jumps import Jump
 from wucht.machines.operation import free_speed
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.motion_variables import parameter_values
 from wucht.studies.sweep.prepare import Plan
 from wucht.studies.sweep.report import SENSE
 from wucht.studies.sweep.run import Findings
@@ -20,56 +21,80 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FREE_SPEEDS = 21
-_OF_READINGS = {  # attribute, in words, unit
-    "value": ("value", "{what}", "{unit}"),
-    "speed": ("speed", "mean speed", "{speed}"),
-    "min_speed": ("low", "least speed, mean over a turn", "{speed}"),
-    "max_speed": ("high", "largest speed, mean over a turn", "{speed}"),
-    "amplitude": ("amplitude", "amplitude of the axis", "{length}"),
-    "energy_residual": ("energy_residual", "energy residual, relative", ""),
-}
-_OF_JUMPS = {
-    "jump_value": ("value", "{what}", "{unit}"),
-    "jump_from": ("from_speed", "speed before the jump", "{speed}"),
-    "jump_to": ("to_speed", "speed after the jump", "{speed}"),
-    "jump_from_amplitude": ("from_amplitude", "amplitude before the jump", "{length}"),
-    "jump_to_amplitude": ("to_amplitude", "amplitude after the jump", "{length}"),
-}
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a sweep.
+    """The Dataset of a sweep."""
+    pace, swept = plan.moved.pace, plan.swept
+    quantities = [*_of_jumps(plan, findings), *_of_question(plan), *_of_ramps(plan, findings)]
+    more = {"along": swept.path, "along_unit": swept.unit, "rate": pace.rate, "engine": findings.engine}
+    return answer(quantities, _sentence(plan, findings), _warnings(findings), (), findings.failure, **more)
 
-    value, speed, min_speed, max_speed, amplitude, energy_residual (direction, sample), NaN where a ramp ended early;
-    jump_value, jump_from, jump_to, jump_from_amplitude, jump_to_amplitude, jump_upward (jump); free_speed (grid), what the
-    drive reaches without vibration; parameters (parameter).
-    """
-    import xarray as xr_
 
-    machine, swept, jumps = plan.moved.machine, plan.swept, findings.jumps
-    words = {"what": swept.words, "unit": swept.unit, "speed": machine.units.speed, "length": machine.orbit_unit}
+def _of_jumps(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The jumps, in the summary with the value of the parameter under its path."""
+    swept, jumps, speed, length = plan.swept, findings.jumps, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit
+    parts = {
+        swept.path: (swept.words, swept.unit),
+        "from_speed": ("speed before the jump", speed),
+        "to_speed": ("speed after the jump", speed),
+        "direction": ("direction in which the parameter moves", ""),
+        "from_amplitude": ("amplitude before the jump", length),
+        "to_amplitude": ("amplitude after the jump", length),
+        "fold": ("whether the branch ends in a parabola there", ""),
+        "only_seen": ("whether it is known from the ramp alone", ""),
+        "bracket": ("values between which the branch ends", swept.unit),
+    }
+    rows = [{swept.path if key == "value" else key: x for key, x in asdict(j).items()} for j in jumps]
+    columns = {"value": swept.path, "from": "from_speed", "to": "to_speed"} | {n: n for n in ("from_amplitude", "to_amplitude")}
+    return [
+        *table("jumps", rows, "jumps, in the order in which they happen", parts),
+        *(Quantity(f"jump_{n}", [row[part] for row in rows], *parts[part], "jump") for n, part in columns.items()),
+        Quantity("jump_upward", [int(j.direction == "up") for j in jumps], "1 where the parameter rises", "", "jump"),
+    ]
+
+
+def _of_question(plan: Plan) -> list[Quantity]:
+    """What is swept, how fast, and what the drive reaches meanwhile without vibration."""
+    machine, swept, pace = plan.moved.machine, plan.swept, plan.moved.pace
     grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
     free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
-    data = {
-        name: variable("direction sample", _table(plan, findings, key), text.format(**words), unit.format(**words))
-        for name, (key, text, unit) in _OF_READINGS.items()
-    } | {
-        name: variable("jump", [getattr(j, key) for j in jumps], text.format(**words), unit.format(**words))
-        for name, (key, text, unit) in _OF_JUMPS.items()
-    } | {
-        "free_speed": variable("grid", np.array(free, float), "speed reached without vibration", machine.units.speed),
-        "jump_upward": variable("jump", [int(j.direction == "up") for j in jumps], "1 where the parameter rises"),
-        "parameters": variable("parameter", list(machine.values.values()), "parameter values"),
-    }  # fmt: skip
-    coordinates = {
-        "direction": variable("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep"),
-        "grid": variable("grid", grid, swept.words, swept.unit),
-        "parameter": variable("parameter", list(machine.values), "parameter"),
+    return [
+        Quantity("along", swept.path, "swept parameter"),
+        Quantity("along_unit", swept.unit, "unit of the swept parameter"),
+        Quantity("range", [plan.low, plan.high], "lowest and highest value of the parameter", swept.unit),
+        Quantity("rate", pace.rate, "rate of the parameter", pace.rate_unit),
+        Quantity("rate_unit", pace.rate_unit, "unit of the rate"),
+        Quantity("rate_chosen", plan.spec.rate is None, "whether the rate is the program's choice"),
+        Quantity("jump_tolerance", plan.spec.jump_tolerance, "relative tolerance of the values of jumps"),
+        Quantity("grid", grid, swept.words, swept.unit, "grid"),
+        Quantity("free_speed", np.array(free, float), "speed reached without vibration", machine.units.speed, "grid"),
+        *parameter_values(machine),
+    ]
+
+
+def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
+    """What is read off the ramps, not a number where one ended early."""
+    swept, speed, length, legs = plan.swept, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit, findings.all_legs
+    peak, residual = (max((getattr(leg, n) for leg in legs), default=None) for n in ("amplitude", "energy_residual"))
+    ends = {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r}
+    parts = {"from_speed": ("speed at its begin", speed), "to_speed": ("speed at its end", speed)}
+    readings = {
+        "value": ("value", swept.words, swept.unit),
+        "speed": ("speed", "mean speed", speed),
+        "min_speed": ("low", "least speed, mean over a turn", speed),
+        "max_speed": ("high", "largest speed, mean over a turn", speed),
+        "amplitude": ("amplitude", "amplitude of the axis", length),
+        "energy_residual": ("energy_residual", "energy residual, relative", ""),
     }
-    summary = _summary(plan, findings)
-    more = {"along": swept.path, "along_unit": swept.unit, "rate": plan.moved.pace.rate, "engine": findings.engine}
-    made = xr_.Dataset(data, coords=coordinates)
-    return answered(made, summary, summary["sentence"], _warnings(findings), findings.failure, **more)
+    return [
+        Quantity("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep", "", "direction"),
+        *(Quantity(n, _table(plan, findings, of), what, u, "direction sample") for n, (of, what, u) in readings.items()),
+        Quantity("hysteresis", hysteresis(findings.jumps), "values between which the state depends on the way", swept.unit),
+        Quantity("peak_amplitude", peak, "largest amplitude of the axis", length, headline=True),
+        Quantity("energy_residual", residual, "largest relative error of the energy balance"),
+        Quantity("ends", ends, "speeds at the ends of each ramp", parts=parts),
+    ]
 
 
 def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
@@ -82,25 +107,6 @@ def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
     """Between which values the state depends on the direction in which the parameter is moved; None where it does not."""
     up, down = ([j.value for j in jumps if j.direction == way] for way in ("up", "down"))
     return [min(down), max(up)] if up and down and min(down) < max(up) else None
-
-
-def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
-    path, legs = plan.swept.path, findings.all_legs
-    return {
-        "jumps": [{path if key == "value" else key: x for key, x in asdict(j).items()} for j in findings.jumps],
-        "sentence": _sentence(plan, findings),
-        "along": path,
-        "along_unit": plan.swept.unit,
-        "range": [plan.low, plan.high],
-        "rate": plan.moved.pace.rate,
-        "rate_unit": plan.moved.pace.rate_unit,
-        "rate_chosen": plan.spec.rate is None,
-        "jump_tolerance": plan.spec.jump_tolerance,
-        "hysteresis": hysteresis(findings.jumps),
-        "peak_amplitude": max((leg.amplitude for leg in legs), default=None),
-        "energy_residual": max((leg.energy_residual for leg in legs), default=None),
-        "ends": {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r},
-    }
 
 
 def _warnings(findings: Findings) -> list[str]:

@@ -15,7 +15,6 @@ class Sweep(Spec):
 
     kind: ClassVar[str] = "sweep"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
-    headline: ClassVar[tuple[str, ...]] = ("peak_amplitude",)
     solves: ClassVar[str] = FULL
     from_start: ClassVar[bool] = True
 
