@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.analysis.switching import switchable, switching
 from wucht.machines.operation import natural_frequencies
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.activation.prepare import BALANCED, NONE, RIGID, SWITCHABLE, Plan
 from wucht.studies.activation.run import CURVE, Done, Findings
 
@@ -18,112 +20,121 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
-_PEAKS = {
-    "peak": "largest amplitude",
-    "peak_before": "largest amplitude before the first opening",
-    "peak_after": "largest amplitude from the first opening on",
-}
 Cell = tuple[str, int, int, int]
+Group = dict[str, Any]
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of an activation.
-
-    peak, peak_before, peak_after, final_amplitude, opened_at, orientation_at_activation, energy_residual, outcome
-    (activation_speed, orientation, phase); balanced_peak, rigid_peak (orientation, phase); none_peak; curve_speed,
-    curve_amplitude (curve, point): of none, and of the first phase of each orientation at the first activation speed, of each
-    variant.
-    NaN where a run is missing.
-    """
-    import xarray as xr_
-
+    """The Dataset of an activation; not a number where a run is missing."""
     done = {(r.of, r.speed, r.orientation, r.phase): findings.done[r.name] for r in plan.runs if r.name in findings.done}
-    spec, length, unit = plan.spec, plan.machine.orbit_unit, plan.machine.units.speed
-    shape = (len(plan.speeds), len(spec.orientations), len(plan.phases))
+    groups = {of: _groups(plan, done, of) for of in (SWITCHABLE, BALANCED, RIGID)}
+    none, length = done.get((NONE, -1, -1, -1)), plan.machine.orbit_unit
+    quantities = [
+        *_of_groups(plan, groups, none),
+        *_of_pendulums(plan),
+        Quantity("energy_residual", max((d.energy_residual for d in done.values()), default=None), "largest energy residual"),
+        Quantity("runs", len(done), "number of runs that are done"),
+        *_of_runs(plan, done),
+        Quantity("none_peak", none and none.peak, "largest amplitude without pendulums", length, ""),
+        *_of_curves(plan, done),
+    ]
+    failure = next((d.failure for d in done.values() if d.failure), None)
+    sentence = _sentence(groups, none, *((1e3, "mm") if length == "m" else (1.0, length)))
+    return answer(quantities, sentence, _warnings(plan, done), (), failure)
 
-    def table(key: str, of: str = SWITCHABLE) -> np.ndarray:
-        """A number of each run, (speeds, orientations, phases)."""
-        values = np.full(shape if of == SWITCHABLE else (1, *shape[1:]), math.nan)
-        for (kind, i, j, k), d in done.items():
-            if kind == of:
-                values[max(i, 0), j, k] = getattr(d, key)
+
+def _of_runs(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
+    """Numbers of each run."""
+    length, every = plan.machine.orbit_unit, "activation_speed orientation phase"
+
+    def over(read: Callable[[Done], Any], of: str = SWITCHABLE, kind: type | str = float) -> np.ndarray:
+        """Of each run (speeds, orientations, phases)."""
+        shape = len(plan.speeds) if of == SWITCHABLE else 1, len(plan.spec.orientations), len(plan.phases)
+        values = np.full(shape, math.nan if kind is float else "", kind)
+        for (_, i, j, k), d in ((cell, d) for cell, d in done.items() if cell[0] == of):
+            values[max(i, 0), j, k] = read(d)
         return values
 
-    every, runs = "activation_speed orientation phase", {c: d for c, d in done.items() if c[0] == SWITCHABLE}
-    outcome = np.full(shape, "", "U24")
-    opened = np.full(shape, math.nan)
-    for (_, i, j, k), d in runs.items():
-        outcome[i, j, k], opened[i, j, k] = d.outcome, np.mean(d.opened_at)
-    none = done.get((NONE, -1, -1, -1))
-    labels, curves = _curves(plan, done)
-    data = {key: variable(every, table(key), text, length) for key, text in _PEAKS.items()} | {
-        "final_amplitude": variable(every, table("final_amplitude"), "amplitude at the end", length),
-        "opened_at": variable(every, opened, "mean speed of the pendulums as they open", unit),
-        "orientation_at_activation": variable(every, table("orientation"), "angle between the first two as one opens", "rad"),
-        "energy_residual": variable(every, table("energy_residual"), "energy residual, relative"),
-        "outcome": variable(every, outcome, "outcome"),
-        "balanced_peak": variable(
-            "orientation phase", table("peak", BALANCED)[0], "largest amplitude without permanent unbalances", length
-        ),
-        "rigid_peak": variable("orientation phase", table("peak", RIGID)[0], "largest amplitude, rigid pendulums", length),
-        "none_peak": variable("", none.peak if none else None, "largest amplitude without pendulums", length),
-        "curve_speed": variable("curve point", curves[:, 0], "speed of the rotor", unit),
-        "curve_amplitude": variable("curve point", curves[:, 1], "amplitude of the axis", length),
-    }
-    coordinates = {
-        "activation_speed": variable("activation_speed", list(plan.speeds), "activation speed", unit),
-        "orientation": variable("orientation", list(spec.orientations), "orientation at the start", "rad"),
-        "phase": variable("phase", list(plan.phases), "mean phase at the start", "rad"),
-        "curve": variable("curve", labels or np.empty(0, "U1"), "run"),
-    }
-    summary = _summary(plan, done)
-    result = xr_.Dataset(dict(data), coords=coordinates)
-    failure = next((d.failure for d in done.values() if d.failure), None)
-    return answered(result, summary, summary["sentence"], _warnings(plan, done), failure)
+    words = _words(plan)
+    simple = ("peak", "peak_before", "peak_after", "final_amplitude", "energy_residual")
+    opened, apart = over(lambda d: np.mean(d.opened_at)), over(attrgetter("orientation"))
+    balanced, rigid = (over(attrgetter("peak"), of)[0] for of in (BALANCED, RIGID))
+    return [
+        Quantity("activation_speed", list(plan.speeds), *words["activation_speed"], "activation_speed"),
+        Quantity("orientation", list(plan.spec.orientations), *words["orientation"], "orientation"),
+        Quantity("phase", list(plan.phases), "mean phase at the start", "rad", "phase"),
+        *(Quantity(name, over(attrgetter(name)), *words[name], every) for name in simple),
+        Quantity("opened_at", opened, *words["opened_at"], every),
+        Quantity("orientation_at_activation", apart, "angle between the first two as one opens", "rad", every),
+        Quantity("outcome", over(attrgetter("outcome"), kind="U24"), "outcome", "", every),
+        Quantity("balanced_peak", balanced, "largest amplitude without permanent unbalances", length, "orientation phase"),
+        Quantity("rigid_peak", rigid, "largest amplitude, rigid pendulums", length, "orientation phase"),
+    ]
 
 
-def _curves(plan: Plan, done: dict[Cell, Done]) -> tuple[list[str], np.ndarray]:
-    """Labels (n) and curves (n, 2, CURVE)."""
-    found: list[tuple[str, np.ndarray]] = []
-    if (NONE, -1, -1, -1) in done:
-        found.append(("without pendulums", done[NONE, -1, -1, -1].curve))
+def _words(plan: Plan) -> dict[str, tuple[str, str]]:
+    """What the numbers of runs and of groups of them are, and their units."""
+    length, speed = plan.machine.orbit_unit, plan.machine.units.speed
+    return {
+        "activation_speed": ("activation speed", speed),
+        "orientation": ("orientation at the start", "rad"),
+        "peak": ("largest amplitude", length),
+        "peak_before": ("largest amplitude before the first opening", length),
+        "peak_after": ("largest amplitude from the first opening on", length),
+        "peak_amplitude": ("largest amplitude", length),
+        "peak_speed": ("speed of the rotor there", speed),
+        "mean_peak": ("mean of the largest amplitudes", length),
+        "final_amplitude": ("amplitude at the end", length),
+        "opened_at": ("mean speed of the pendulums as they open", speed),
+        "orientations_at_activation": ("angles between the first two as one opens", "rad"),
+        "all_open": ("number of runs at whose end all are open", ""),
+        "energy_residual": ("energy residual, relative", ""),
+        "outcome": ("outcome", ""),
+        "outcomes": ("number of runs of each outcome", ""),
+    }
+
+
+def _of_curves(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
+    """Of none, and of the first phase of each orientation at the first activation speed, of each variant."""
+    curves = {"without pendulums": done[NONE, -1, -1, -1].curve} if (NONE, -1, -1, -1) in done else {}
     for of, i in ((SWITCHABLE, 0), (BALANCED, -1), (RIGID, -1)):
         for j, angle in enumerate(plan.spec.orientations):
             if (of, i, j, 0) in done:
-                found.append((f"{of}, {math.degrees(angle):.4g}°", done[of, i, j, 0].curve))
-    return [name for name, _ in found], np.array([c for _, c in found]).reshape(len(found), 2, CURVE)
+                curves[f"{of}, {math.degrees(angle):.4g}\u00b0"] = done[of, i, j, 0].curve
+    values, units = np.array([*curves.values()]).reshape(len(curves), 2, CURVE), plan.machine.units
+    return [
+        Quantity("curve", list(curves) or np.empty(0, "U1"), "run", "", "curve"),
+        Quantity("curve_speed", values[:, 0], "speed of the rotor", units.speed, "curve point"),
+        Quantity("curve_amplitude", values[:, 1], "amplitude of the axis", plan.machine.orbit_unit, "curve point"),
+    ]
 
 
-def _summary(plan: Plan, done: dict[Cell, Done]) -> dict[str, Any]:
-    none = done.get((NONE, -1, -1, -1))
-    groups = [_group(plan, done, SWITCHABLE, i, j) for i in range(len(plan.speeds)) for j in range(len(plan.spec.orientations))]
-    balanced, rigid = (
-        [g for j in range(len(plan.spec.orientations)) if (g := _group(plan, done, of, -1, j))] for of in (BALANCED, RIGID)
-    )
-    switchable = [g for g in groups if g]
-    best = min(switchable, key=lambda g: float(g["peak_amplitude"]), default=None)
-    made: dict[str, Any] = {
-        "switchable": switchable,
-        "balanced": balanced,
-        "rigid": rigid,
-        "none": None if none is None else {"peak_amplitude": none.peak, "peak_speed": none.peak_speed, "outcome": none.outcome},
-        "pendulums": [_switching(plan, k) for k in range(len(plan.pendulums))],
-        "natural_frequencies": natural_frequencies(plan.machine),
-        "energy_residual": max((d.energy_residual for d in done.values()), default=None),
-        "runs": len(done),
-        "best": best,
-    }
-    length = plan.machine.orbit_unit
-    return made | {"sentence": _sentence(made, *((1e3, "mm") if length == "m" else (1.0, length)))}
+def _of_groups(plan: Plan, groups: dict[str, list[Group]], none: Done | None) -> list[Quantity]:
+    """What runs of all phases have in common, of each variant."""
+    words = _words(plan)
+    run = none and {"peak_amplitude": none.peak, "peak_speed": none.peak_speed, "outcome": none.outcome}
+    best = min(groups[SWITCHABLE], key=lambda g: float(g["peak_amplitude"]), default=None)
+    return [
+        *(q for of, rows in groups.items() for q in table(of, rows, f"{of} pendulums by their orientation", words)),
+        Quantity("none", run, "machine without pendulums", parts=words),
+        Quantity("best", best, "switchable pendulums with the least largest amplitude", parts=words),
+    ]
 
 
-def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> dict[str, Any] | None:
+def _groups(plan: Plan, done: dict[Cell, Done], of: str) -> list[Group]:
+    """Of a variant those of each activation speed and orientation, as far as runs are done."""
+    speeds = range(len(plan.speeds)) if of == SWITCHABLE else (-1,)
+    each = (_group(plan, done, of, i, j) for i in speeds for j in range(len(plan.spec.orientations)))
+    return [group for group in each if group]
+
+
+def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> Group | None:
     """What the runs of all phases have in common; None where none is done."""
     runs = [done[cell] for k in range(len(plan.phases)) if (cell := (of, i, j, k)) in done]
     if not runs:
         return None
     peaks = [d.peak for d in runs]
-    group: dict[str, Any] = {
+    group: Group = {
         "orientation": plan.spec.orientations[j],
         "peak_amplitude": max(peaks),
         "mean_peak": float(np.mean(peaks)),
@@ -144,24 +155,30 @@ def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> dict[
     return group
 
 
-def _switching(plan: Plan, k: int) -> dict[str, Any]:
-    each = [s[k] for s in plan.switching]
-    return {
-        "name": plan.pendulums[k],
-        "opening": [s.opening for s in each],
-        "closing": [s.closing for s in each],
-        "after_opening": [s.after for s in each],
-        "snaps": [s.snaps for s in each],
-        "stays_open": [s.stays_open for s in each],
+def _of_pendulums(plan: Plan) -> list[Quantity]:
+    """At which speeds each opens and closes, at each activation speed."""
+    speed = plan.machine.units.speed
+    columns = {
+        "opening": ("speeds at which it opens", speed),
+        "closing": ("speeds at which it closes", speed),
+        "after_opening": ("speeds with which it turns on once it is open", speed),
+        "snaps": ("whether its mass goes from stop to stop", ""),
+        "stays_open": ("whether it stays open then", ""),
     }
+    rows = [
+        {"name": name} | {part: [getattr(s, part.removesuffix("_opening")) for s in each] for part in columns}
+        for name, each in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True)
+    ]
+    natural = Quantity("natural_frequencies", natural_frequencies(plan.machine), "natural frequencies by mode", speed)
+    return [*table("pendulums", rows, "switchable pendulums", {"name": ("name of the pendulum", "")} | columns), natural]
 
 
-def _sentence(s: dict[str, Any], scale: float, unit: str) -> str:
+def _sentence(groups: dict[str, list[Group]], none: Done | None, scale: float, unit: str) -> str:
     names = {SWITCHABLE: "switchable pendulums", BALANCED: "balanced ones", RIGID: "rigid ones"}
-    peaks = {name: [scale * g["peak_amplitude"] for g in s[of]] for of, name in names.items() if s[of]}
+    peaks = {name: [scale * g["peak_amplitude"] for g in groups[of]] for of, name in names.items() if groups[of]}
     ends = {name: dict.fromkeys((f"{min(p):.4g}", f"{max(p):.4g}")) for name, p in peaks.items()}
     texts = [f"{name} {' to '.join(both)} {unit}" for name, both in ends.items()]
-    texts += [f"none {scale * s['none']['peak_amplitude']:.4g} {unit}"] if s["none"] else []
+    texts += [f"none {scale * none.peak:.4g} {unit}"] if none else []
     return f"peak with {', '.join(texts)}" if texts else "no run is finished"
 
 
