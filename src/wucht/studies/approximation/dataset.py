@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.run_ups.deviations import watched
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.approximation.comparison import CURVE, Comparison, angles
 from wucht.studies.approximation.prepare import Plan
 from wucht.studies.approximation.run import Findings
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 TRUSTED = 0.05  # of the largest speed up to until_phi: a deviation beyond it is not small
 AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: that of a carrier that starts at rest is not in the averaged equations
 LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is not small enough for the error to fall with it
+_DEVIATIONS = ("speed", "amplitude")
 _AS_NUMBER = {True: 1, False: 0, None: -1}
 _ANSWERS = {
     True: "the averaged equations may be trusted for this machine",
@@ -30,52 +31,93 @@ _ANSWERS = {
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """What was compared.
+    """What was compared, the machine's own values last, at the value NaN."""
+    trusted, reasons = _trusted(plan, findings)
+    quantities = [
+        *_of_comparisons(plan, findings),
+        *_of_summary(plan, findings),
+        Quantity("trusted", trusted, "whether the averaged equations may be trusted"),
+        Quantity("reasons", reasons, "why not"),
+    ]
+    sentence = ": ".join(filter(None, (_ANSWERS[trusted], "; ".join(reasons))))
+    warnings = _warnings(plan, findings)
+    return answer(quantities, sentence, warnings, trusted_speed=TRUSTED, trusted_amplitude=AMPLITUDE_TRUSTED)
 
-    Variables: speed_deviation, amplitude_deviation, the same relative to the largest of the full run, same_outcome, outcome,
-    slow_outcome, failed (value); speed_over_angle, amplitude_over_angle (value, angle), the deviations up to ``until_phi``;
-    error (factor), where it was measured. The machine's own values come last, at the value NaN.
-    """
-    import xarray as xr_
 
-    machine, along, whose = plan.machine, plan.spec.along, _speeds_of(plan)
-    speed, length = machine.units.speed, machine.orbit_unit
-    name, unit = f"factor of {' and '.join(along)}" if along else "value", ""
+def _varied(plan: Plan) -> tuple[str, str]:
+    """What is varied in words, and its unit."""
+    along = plan.spec.along
     if len(along) == 1:
-        name, unit = machine.parameters[along[0]].called, machine.parameters[along[0]].unit
+        return plan.machine.parameters[along[0]].called, plan.machine.parameters[along[0]].unit
+    return f"factor of {' and '.join(along)}" if along else "value", ""
+
+
+def _of_comparisons(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The deviations up to ``until_phi``, and the error at each factor of epsilon, where it was measured."""
+    whose, parts, measured = _speeds_of(plan), _of_each(plan), findings.measured
+    speed, length = parts["speed"][1], parts["amplitude"][1]
     shown = [*findings.compared[1:], *findings.compared[:1]]
-    factors, error = ([], []) if findings.measured is None else (findings.measured.factors, findings.measured.speed)
+    factors, error = ([], []) if measured is None else (measured.factors, measured.speed)
     curves = np.array([c.curves for c in shown]).reshape(-1, 2, CURVE)
     largest, relative = np.array([(c.largest, c.relative) for c in shown]).reshape(-1, 2, 2).transpose(1, 2, 0)
     same = [_AS_NUMBER[c.same_outcome] for c in shown]
-    data = {
-        "speed_deviation": variable("value", largest[0], f"largest deviation of the speed of {whose}", speed),
-        "amplitude_deviation": variable("value", largest[1], "largest deviation of the amplitude", length),
-        "relative_speed_deviation": variable("value", relative[0], f"relative deviation of the speed of {whose}"),
-        "relative_amplitude_deviation": variable("value", relative[1], "relative deviation of the amplitude"),
-        "same_outcome": variable("value", same, "whether both end alike (-1: unknown)"),
-        "outcome": variable("value", [c.outcome for c in shown], "outcome of the full equations"),
-        "slow_outcome": variable("value", [c.slow_outcome for c in shown], "outcome of the averaged equations"),
-        "failed": variable("value", [c.failure for c in shown], "why a run failed"),
-        "speed_over_angle": variable("value angle", curves[:, 0], f"deviation of the speed of {whose}", speed),
-        "amplitude_over_angle": variable("value angle", curves[:, 1], "deviation of the amplitude", length),
-        "error": variable("factor", error, f"error of the speed of {whose}", speed),
+    return [
+        Quantity("value", [c.value for c in shown], *_varied(plan), "value"),
+        Quantity("angle", angles(plan.spec.until_phi), "angle of the rotor", "rad", "angle"),
+        Quantity("factor", factors, "factor of epsilon", "", "factor"),
+        *(Quantity(f"{name}_deviation", of, *parts[name], "value") for name, of in zip(_DEVIATIONS, largest, strict=True)),
+        Quantity("relative_speed_deviation", relative[0], f"relative deviation of the speed of {whose}", "", "value"),
+        Quantity("relative_amplitude_deviation", relative[1], "relative deviation of the amplitude", "", "value"),
+        Quantity("same_outcome", same, "whether both end alike (-1: unknown)", "", "value"),
+        Quantity("outcome", [c.outcome for c in shown], *parts["outcome"], "value"),
+        Quantity("slow_outcome", [c.slow_outcome for c in shown], *parts["slow_outcome"], "value"),
+        Quantity("failed", [c.failure for c in shown], "why a run failed", "", "value"),
+        Quantity("speed_over_angle", curves[:, 0], f"deviation of the speed of {whose}", speed, "value angle"),
+        Quantity("amplitude_over_angle", curves[:, 1], "deviation of the amplitude", length, "value angle"),
+        Quantity("error", error, f"error of the speed of {whose}", speed, "factor"),
+    ]
+
+
+def _of_summary(plan: Plan, findings: Findings) -> list[Quantity]:
+    along, measured, (name, unit), parts = plan.spec.along, findings.measured, _varied(plan), _of_each(plan)
+    own, others, key = findings.compared[:1], findings.compared[1:], along[0] if len(along) == 1 else "factor"
+    errors = measured and dict(zip(map(str, measured.factors), measured.speed, strict=True))
+    order, nominal = (None, None) if measured is None else (measured.order, measured.nominal)
+    deviations = [{key: c.value} | _short(c) for c in others]
+    return [
+        Quantity("along", along[0] if len(along) == 1 else list(along), "what is varied"),
+        *table("deviations", deviations, "largest deviations at each value", {key: (name, unit)} | parts),
+        Quantity("own", _short(own[0]) if own else None, "largest deviations of the machine as it is", parts=parts),
+        Quantity("disagreement", regions(others), "ranges in which the outcomes differ", unit),
+        Quantity("errors", errors, "errors of the averaged equations by factor of epsilon", parts["speed"][1]),
+        Quantity("order_of_error", order, "power of epsilon with which the error falls", headline=True),
+        Quantity("nominal_order", nominal, "power of epsilon with which it should fall"),
+        Quantity("speeds_of", _speeds_of(plan), "whose speeds are compared"),
+        Quantity("along_unit", unit, "unit of what is varied"),
+        Quantity("amplitude_unit", parts["amplitude"][1], "unit of amplitudes"),
+        Quantity("until_phi", plan.spec.until_phi, "angle of the rotor up to which deviations count", "rad"),
+    ]
+
+
+def _of_each(plan: Plan) -> dict[str, tuple[str, str]]:
+    """What the numbers of a comparison are, and their units."""
+    return {
+        "speed": (f"largest deviation of the speed of {_speeds_of(plan)}", plan.machine.units.speed),
+        "amplitude": ("largest deviation of the amplitude", plan.machine.orbit_unit),
+        "same_outcome": ("whether both end alike", ""),
+        "outcome": ("outcome of the full equations", ""),
+        "slow_outcome": ("outcome of the averaged equations", ""),
     }
-    coordinates = {
-        "value": variable("value", [c.value for c in shown], name, unit),
-        "angle": variable("angle", angles(plan.spec.until_phi), "angle of the rotor", "rad"),
-        "factor": variable("factor", factors, "factor of epsilon"),
-    }
-    failed = [c for c in findings.compared if c.failure]
+
+
+def _warnings(plan: Plan, findings: Findings) -> list[str]:
+    name, failed = _varied(plan)[0], [c for c in findings.compared if c.failure]
     warnings = [c.failure if math.isnan(c.value) else f"{name} = {c.value:.6g}: {c.failure}" for c in failed]
     if findings.unmeasured:
         warnings.append(f"the order of the error could not be measured: {findings.unmeasured}")
     if not findings.complete:
         warnings.append(f"{max(len(findings.compared) - 1, 0)} of {len(plan.values) - 1} values are compared")
-    summary = _summary(plan, findings)
-    sentence = ": ".join(filter(None, (_ANSWERS[summary["trusted"]], "; ".join(summary["reasons"]))))
-    result = answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, warnings)
-    return result.assign_attrs(trusted_speed=TRUSTED, trusted_amplitude=AMPLITUDE_TRUSTED)
+    return warnings
 
 
 def _speeds_of(plan: Plan) -> str:
@@ -83,30 +125,8 @@ def _speeds_of(plan: Plan) -> str:
     return "the rotor" if plan.machine.rotor in watched(plan.machine) else "the bodies"
 
 
-def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
-    """The summary."""
-    along, measured = plan.spec.along, findings.measured
-    own, others, single = findings.compared[:1], findings.compared[1:], along[0] if len(along) == 1 else None
-    trusted, reasons = _trusted(plan, findings)
-    return {
-        "along": single or list(along),
-        "deviations": [{single or "factor": c.value} | _short(c) for c in others],
-        "own": _short(own[0]) if own else None,
-        "disagreement": regions(others),
-        "errors": None if measured is None else dict(zip(map(str, measured.factors), measured.speed, strict=True)),
-        "order_of_error": None if measured is None else measured.order,
-        "nominal_order": None if measured is None else measured.nominal,
-        "speeds_of": _speeds_of(plan),
-        "along_unit": plan.machine.parameters[single].unit if single else "",
-        "amplitude_unit": plan.machine.orbit_unit,
-        "until_phi": plan.spec.until_phi,
-        "trusted": trusted,
-        "reasons": reasons,
-    }
-
-
 def _short(c: Comparison) -> dict[str, Any]:
-    deviations = dict(zip(("speed", "amplitude"), c.largest, strict=True))
+    deviations = dict(zip(_DEVIATIONS, c.largest, strict=True))
     return deviations | {name: getattr(c, name) for name in ("same_outcome", "outcome", "slow_outcome")}
 
 

@@ -42,7 +42,6 @@ class Approximation(Spec):
 
     kind: ClassVar[str] = "approximation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
-    headline: ClassVar[tuple[str, ...]] = ("order_of_error",)
     solves: ClassVar[str] = f"{FULL}, compared with {AVERAGED}"
     from_start: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
