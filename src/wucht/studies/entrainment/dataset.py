@@ -11,10 +11,11 @@ import numpy as np
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
 from wucht.dynamics.entrainment.locked_motions import bodies_with_phase
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
+from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrapped
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.entrainment.report import band_in_words
 from wucht.studies.entrainment.run import Findings
 
@@ -25,28 +26,18 @@ _CREEPING = 0.02  # rad: a phase that moves more in the second half of the windo
 
 
 def dataset(case: EntrainmentCase, findings: Findings) -> xr.Dataset:
-    """The Dataset.
-
-    Coordinate: body, those that have a phase: to the rotor that they turn about, of a rotor to the main one, of the main rotor
-    to the vibration (then in (-pi, pi], else in [0, 2 pi)). Of the averaged equations (point): value, phase (body, point),
-    speed, stable, branch. Of locked motions of the full ones (orbit): orbit_value, orbit_phase, orbit_speed, orbit_stable,
-    orbit_multiplier (the largest that is not 1 for reasons of form). Of runs from the start (run): run_value, run_taken
-    (whether the rotors end entrained), run_speed (mean of the main rotor, in magnitude), run_mean_speed (with its sign),
-    run_drift (creep of the phase), run_until (how long it was asked to be), run_end_time, run_failed (a sentence), run_window
-    (end, run) of the means, run_rotor_speed, run_rotor_phase (rotor, run): mean speeds, and phases to the main rotor, of this
-    one to the vibration; run_end_state (state, run), and free_speed of the main rotor.
-    """
-    import xarray as xr_
-
-    names, swept, frequency = bodies_with_phase(case.machine), case.swept, case.machine.shaking_frequency
+    """The Dataset. Phases of rotors are to the main one, of this one to the vibration, of other bodies to their rotor."""
+    swept, frequency, outcome = case.swept, case.machine.shaking_frequency, _outcome(case, findings)
     runs = findings.runs or (() if findings.own is None else (findings.own,))
-    result = xr_.Dataset(
-        _of_motions(case, findings, names) | _of_runs(case, runs),
-        coords={"body": variable("body", names or np.empty(0, "U1"), "body")},
-    )
-    answer = _summary(case, findings)
-    return answered(
-        result, answer, answer["sentence"], _warnings(case, findings), findings.failure,
+    quantities = [
+        Quantity("outcome", str(outcome), "outcome"),
+        *_of_bands(case, findings),
+        *_of_machine(case, findings),
+        *_of_motions(case, findings),
+        *_of_runs(case, runs),
+    ]
+    return answer(
+        quantities, _sentence(case, findings, outcome), _warnings(case, findings), (), findings.failure,
         along=swept.name, along_unit=swept.unit, along_what=swept.what,
         **({} if frequency is None else {"frequency": frequency}),
     )  # fmt: skip
@@ -57,10 +48,10 @@ def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
     return math.pi - wrapped(math.pi - phases) if machine.shaken is not None else wrapped(phases)
 
 
-def _of_motions(case: EntrainmentCase, findings: Findings, names: list[str]) -> dict[str, Variable]:
+def _of_motions(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
     """Of the averaged equations (point), and of locked motions of the full ones (orbit)."""
     machine, swept, motions, branches = case.machine, case.swept, findings.motions, findings.existing.branches
-    angle, speed, equations = "rad" if machine.units.time else "", machine.units.speed, findings.existing.equations
+    names, equations, speed, angle = bodies_with_phase(machine), findings.existing.equations, machine.units.speed, _angle(case)
     sizes = [len(b.values) for b in branches]
     phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
     if equations is not None and branches:
@@ -68,24 +59,27 @@ def _of_motions(case: EntrainmentCase, findings: Findings, names: list[str]) -> 
         speeds = equations.speed(states)
         for name, row in equations.phase_rows.items():
             phases[names.index(name)] = _in_a_turn(machine, states[row])
+    values, stable = (np.concatenate([np.empty(0), *(getattr(b, n) for b in branches)]) for n in ("values", "stable"))
     locked = np.array([_in_a_turn(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
-    return {
-        "value": variable("point", np.concatenate([np.empty(0), *(b.values for b in branches)]), swept.what, swept.unit),
-        "phase": variable("body point", phases, "phase", angle),
-        "speed": variable("point", speeds, "speed", speed),
-        "stable": variable("point", np.concatenate([np.empty(0), *(b.stable for b in branches)]).astype(np.int8), "stable"),
-        "branch": variable("point", np.repeat(np.arange(len(sizes)), sizes), "branch"),
-        "orbit_value": variable("orbit", [m.value for m in motions], swept.what, swept.unit),
-        "orbit_phase": variable("body orbit", locked, "phase", angle),
-        "orbit_speed": variable("orbit", [m.speed for m in motions], "speed", speed),
-        "orbit_stable": variable("orbit", np.array([m.stable for m in motions], np.int8), "stable"),
-        "orbit_multiplier": variable("orbit", [m.multiplier for m in motions], "largest multiplier"),
-    }
+    return [
+        Quantity("body", names or np.empty(0, "U1"), "body", "", "body"),
+        Quantity("value", values, swept.what, swept.unit, "point"),
+        Quantity("phase", phases, "phase", angle, "body point"),
+        Quantity("speed", speeds, "speed", speed, "point"),
+        Quantity("stable", stable.astype(np.int8), "stable", "", "point"),
+        Quantity("branch", np.repeat(np.arange(len(sizes)), sizes), "branch", "", "point"),
+        Quantity("orbit_value", [m.value for m in motions], swept.what, swept.unit, "orbit"),
+        Quantity("orbit_phase", locked, "phase", angle, "body orbit"),
+        Quantity("orbit_speed", [m.speed for m in motions], "speed", speed, "orbit"),
+        Quantity("orbit_stable", np.array([m.stable for m in motions], np.int8), "stable", "", "orbit"),
+        Quantity("orbit_multiplier", [m.multiplier for m in motions], "largest multiplier", "", "orbit"),
+    ]
 
 
-def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
+def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> list[Quantity]:
+    """Of runs from the start. run_taken: whether the rotors end entrained."""
     machine, swept, units = case.machine, case.swept, case.machine.units
-    names, angle = [r.name for r in machine.rotors], "rad" if units.time else ""
+    names, angle = [r.name for r in machine.rotors], _angle(case)
     keys = ["vibration", *names[1:]]  # of phases
 
     def rows(count: int, of_runs: Sequence[Any]) -> np.ndarray:
@@ -94,55 +88,69 @@ def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> dict[str, V
 
     speeds = rows(len(names), [[r.speeds.get(n, math.nan) for n in names] for r in runs])
     phases = rows(len(names), [[r.phases.get(k, math.nan) for k in keys] for r in runs])
-    states = rows(len(machine.state_names), [r.end_state for r in runs])
-    return {
-        "run_value": variable("run", [r.value for r in runs], swept.what, swept.unit),
-        "run_taken": variable("run", np.array([r.entrained for r in runs], np.int8), "entrained"),
-        "run_speed": variable("run", [abs(r.mean_speed) for r in runs], "mean speed", units.speed),
-        "run_mean_speed": variable("run", [r.mean_speed for r in runs], "mean speed", units.speed),
-        "run_drift": variable("run", [r.creep for r in runs], "creep of the phase", angle),
-        "run_until": variable("run", [r.until for r in runs], "time asked for", units.time),
-        "run_end_time": variable("run", [r.end_time for r in runs], "end", units.time),
-        "run_failed": variable("run", np.array([r.failure or "" for r in runs], str), "why the run failed"),
-        "run_window": variable("end run", rows(2, [r.window for r in runs]), "window of the means", units.time),
-        "run_rotor_speed": variable("rotor run", speeds, "mean speed", units.speed),
-        "run_rotor_phase": variable("rotor run", phases, "phase", angle),
-        "run_end_state": variable("state run", states, "state at the end"),
-        "free_speed": variable("run", np.array([r.free_speed for r in runs], float), "speed without vibration", units.speed),
-    }
+    states, windows = rows(len(machine.state_names), [r.end_state for r in runs]), rows(2, [r.window for r in runs])
+    free = np.array([r.free_speed for r in runs], float)
+    return [
+        Quantity("run_value", [r.value for r in runs], swept.what, swept.unit, "run"),
+        Quantity("run_taken", np.array([r.entrained for r in runs], np.int8), "entrained", "", "run"),
+        Quantity("run_speed", [abs(r.mean_speed) for r in runs], "mean speed", units.speed, "run"),
+        Quantity("run_mean_speed", [r.mean_speed for r in runs], "mean speed", units.speed, "run"),
+        Quantity("run_drift", [r.creep for r in runs], "creep of the phase", angle, "run"),
+        Quantity("run_until", [r.until for r in runs], "time asked for", units.time, "run"),
+        Quantity("run_end_time", [r.end_time for r in runs], "end", units.time, "run"),
+        Quantity("run_failed", np.array([r.failure or "" for r in runs], str), "why the run failed", "", "run"),
+        Quantity("run_window", windows, "window of the means", units.time, "end run"),
+        Quantity("run_rotor_speed", speeds, "mean speed", units.speed, "rotor run"),
+        Quantity("run_rotor_phase", phases, "phase", angle, "rotor run"),
+        Quantity("run_end_state", states, "state at the end", "", "state run"),
+        Quantity("free_speed", free, "speed without vibration", units.speed, "run"),
+    ]
 
 
-def _summary(case: EntrainmentCase, findings: Findings) -> dict[str, Any]:
-    """The summary of the contract."""
-    own, motion, band, capture = findings.own, findings.own_motion, findings.existing.band, findings.band
-    phases, outcome = _phases(case, findings), _outcome(case, findings)
-    averaged = {name: float(_in_a_turn(case.machine, phase)) for name, phase in findings.existing.phases.items()}
-    mean = None if own is None else own.mean_speed
-    return {
-        "sentence": _sentence(case, findings, outcome),
-        "outcome": str(outcome),
-        "along": case.swept.name,
-        "along_unit": case.swept.unit,
-        "value": case.swept.own,
-        "range": None if findings.range is None else list(findings.range),
-        "existence_band": None if band is None else [None if e.kind == "range" else e.value for e in (band.low, band.high)],
-        "existence_band_from": None if band is None else "averaged equations",
-        "existence_edges": None if band is None else [band.low.kind, band.high.kind],
-        "branch": None if band is None else band.branch,
-        "existence_band_full": list(findings.ends) if findings.motions else None,
-        "band_from_rest": None if capture is None else list(capture.edges),
-        "islands": [] if capture is None else [list(i) for i in capture.islands],
-        "phase": _only(phases),
-        "phases": phases,
-        "phase_slow": _only(averaged),
-        "phases_slow": averaged,
-        "mean_speed": mean if motion is None or mean is None else math.copysign(motion.speed, mean),
-        "window": None if own is None else list(own.window),
-        "stable": None if motion is None else motion.stable,
-        "multiplier": None if motion is None else motion.multiplier,
-        "threshold_amplitude": findings.threshold,
-        "resolution": findings.resolution,
-    }
+def _of_bands(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
+    """What is swept, and where rotors are entrained. Of an end beyond the range a band has None."""
+    band, capture, swept, unit = findings.existing.band, findings.band, case.swept, case.swept.unit
+    edges = None if band is None else [None if e.kind == "range" else e.value for e in (band.low, band.high)]
+    islands = [] if capture is None else [list(i) for i in capture.islands]
+    return [
+        Quantity("along", swept.name, "swept parameter"),
+        Quantity("along_unit", unit, "unit of the swept parameter"),
+        Quantity("value", swept.own, "value of the machine as it is", unit),
+        Quantity("range", findings.range and list(findings.range), "lowest and highest value of the parameter", unit),
+        Quantity("existence_band", edges, "band in which the entrained motion exists and is stable", unit),
+        Quantity("existence_band_from", band and "averaged equations", "equations of that band"),
+        Quantity("existence_edges", band and [band.low.kind, band.high.kind], "how that band ends"),
+        Quantity("branch", band and band.branch, "branch of that band"),
+        Quantity("existence_band_full", list(findings.ends) if findings.motions else None, "band by the full equations", unit),
+        Quantity("band_from_rest", capture and list(capture.edges), "band in which it is reached from the start", unit),
+        Quantity("islands", islands, "where it is reached apart from that band", unit),
+        Quantity("resolution", findings.resolution, "resolution of the edges", unit),
+    ]
+
+
+def _of_machine(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
+    """Of the machine as it is, and the vibration that it needs."""
+    machine, own, motion, angle = case.machine, findings.own, findings.own_motion, _angle(case)
+    phases, mean = _phases(case, findings), None if own is None else own.mean_speed
+    averaged = {name: float(_in_a_turn(machine, phase)) for name, phase in findings.existing.phases.items()}
+    speed = mean if motion is None or mean is None else math.copysign(motion.speed, mean)
+    length = machine.orbit_unit if machine.shaken is None else machine.parameters[AMPLITUDE].unit
+    return [
+        Quantity("phase", _only(phases), "phase, of several by body", angle),
+        Quantity("phases", phases, "phases by body", angle),
+        Quantity("phase_slow", _only(averaged), "phase by the averaged equations, of several by body", angle),
+        Quantity("phases_slow", averaged, "phases by body by the averaged equations", angle),
+        Quantity("mean_speed", speed, "mean speed of the main rotor", machine.units.speed),
+        Quantity("window", own and list(own.window), "window of the means", machine.units.time),
+        Quantity("stable", motion and motion.stable, "whether the locked motion is stable"),
+        Quantity("multiplier", motion and motion.multiplier, "its largest multiplier that is not 1 for reasons of form"),
+        Quantity("threshold_amplitude", findings.threshold, "least amplitude of the vibration that entrains", length),
+    ]
+
+
+def _angle(case: EntrainmentCase) -> str:
+    """The unit of angles."""
+    return "rad" if case.machine.units.time else ""
 
 
 def _phases(case: EntrainmentCase, findings: Findings) -> dict[str, float]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from wucht.results.formatting import formats
+from wucht.results.formatting import ReportLines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,34 +15,28 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for the study ``entrainment``."""
-    s = result.wucht.summary
-    speed, length = formats(result)
+    s, lines = result.wucht.summary, ReportLines(result)
     unit = f" {s['along_unit']}" if s["along_unit"] else ""
-    lines = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
-    lines.append(f"  looked at    {s['along']} = {s['value']:.6g}{unit}")
     words = partial(band_in_words, unit=s["along_unit"], digits=7)
+    lines.add("looked at", "{along} = {value:.6g}")
     if s["existence_band"] is not None:
         kinds = dict.fromkeys(k for k in s["existence_edges"] if k != "range")
         how = f", ends: {', '.join(kinds)}" if kinds else ""
-        lines.append(f"  existence    {words(s['existence_band'])} (averaged equations{how})")
+        lines.add("existence", f"{words(s['existence_band'])} (averaged equations{how})")
     if s["existence_band_full"] is not None:
-        lines.append(f"               {words(s['existence_band_full'])} (full equations)")
+        lines.add("", f"{words(s['existence_band_full'])} (full equations)")
     if s["band_from_rest"] is not None:
-        lines.append(f"  from start   {words(s['band_from_rest'])}, edges to {s['resolution']:.1e}{unit}")
-    lines += [f"  also         {low:.6g} to {high:.6g}{unit}" for low, high in s["islands"]]
+        lines.add("from start", f"{words(s['band_from_rest'])}, edges to {{resolution:.1e}}")
+    for low, high in s["islands"]:
+        lines.add("also", f"{low:.6g} to {high:.6g}{unit}")
     for body, phase in s["phases"].items():
         averaged = s["phases_slow"].get(body)
         beside = "" if averaged is None else f", averaged equations {_angle(result, averaged)}"
-        lines.append(f"  phase        {body}: {_angle(result, phase)}{beside}")
-    if s["mean_speed"] is not None:
-        lines.append(f"  mean speed   {speed(s['mean_speed'])}")
-    if s["multiplier"] is not None:
-        kind = "stable" if s["stable"] else "not stable"
-        lines.append(f"  stability    {kind}: largest multiplier of a period {s['multiplier']:.4g}")
-    if s["threshold_amplitude"] is not None:
-        least = length(s["threshold_amplitude"])
-        lines.append(f"  threshold    the vibration must be larger than {least} (averaged equations)")
-    return lines
+        lines.add("phase", f"{body}: {_angle(result, phase)}{beside}")
+    lines.add("mean speed", "{mean_speed}")
+    lines.add("stability", f"{'stable' if s['stable'] else 'not stable'}: largest multiplier of a period {{multiplier:.4g}}")
+    lines.add("threshold", "the vibration must be larger than {threshold_amplitude} (averaged equations)")
+    return lines.report(f"{s['outcome'].upper()}: {s['sentence']}")
 
 
 def band_in_words(band: Sequence[float | None], unit: str, what: str = "", digits: int = 6) -> str:
