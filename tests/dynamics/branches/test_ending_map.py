@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 from types import SimpleNamespace
 from typing import Any
@@ -289,6 +290,26 @@ def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.Monk
     assert last.complete and last.points == (point,) and last.lost == ("a sentence",) and len(last.curves) == 2
     extra = last.places[-1]
     assert extra.kind == "third" and 0.5 < extra.x < 0.9 and extra.x == pytest.approx(0.7, abs=0.02)
+
+
+def test_a_curve_explains_only_what_it_passes_between(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second pair is asked too, as the first curve ends before it; a curve of another kind explains nothing."""
+    asked = list[float]()
+
+    def made(connected: OrbitEnding, other: OrbitEnding) -> EndingCurves:
+        asked.append(connected.y)
+        return EndingCurves((straight(0.0, connected.y - 0.3, connected.y + 0.3), replace(straight(0.0), kind="another")))
+
+    planned(monkeypatch, [S, N, S, N, *["further"] * 9], made, 2)
+    assert sorted(asked) == [-0.75, 0.75]
+
+
+def test_steady_states_are_those_in_the_middle_of_the_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the second parameter, over the first; what modulates them depends on the third."""
+    given = list[Any]()
+    monkeypatch.setattr(ending_map, "with_parameters", lambda subject, values: given.append(values) or subject)
+    case(plane=Plane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3))))
+    assert given == [{"b": pytest.approx(0.2)}]
 
 
 def test_a_place_that_fails_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
