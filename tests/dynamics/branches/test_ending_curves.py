@@ -87,6 +87,22 @@ def test_the_curves_that_begin_there() -> None:
     assert len(watched) == 2
 
 
+def test_the_curve_to_a_saddle_is_one_from_the_double_point_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The way that ends nearer to that comes first, turned round."""
+    first, ways = connection(0.01), {"here": [0.02, 0.03], "back": [0.008, 0.004]}
+
+    def walk(start: Any) -> list[Any]:
+        return [connection(mu) for mu in ways["back" if start == "back" else "here"]]
+
+    for _ in range(2):
+        third = SimpleNamespace(walk=walk, backwards=lambda _: "back")
+        monkeypatch.setattr(ending_curves, "_connections", lambda *_, third=third: third)
+        monkeypatch.setattr(ending_curves, "beyond", lambda *_: first)
+        _, (curve, *_) = ending_curves._from_double(motion(), PLANE, double(), [], lambda _: None)
+        np.testing.assert_allclose(curve.x, [0.0, 0.004, 0.008, 0.01, 0.02, 0.03], atol=1e-8)
+        ways = {"here": ways["back"], "back": ways["here"]}
+
+
 def test_where_none_is_next_to_it_the_others_are_followed_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*_: Any) -> None:
         raise RunError("no saddle next to it")
@@ -186,7 +202,7 @@ def test_one_way_along_the_curve_until_it_waits_too_long_at_a_second_saddle_node
     way = [connection(0.2 - 0.002 * k, 0.05 - 0.0005 * k) for k in range(90)]
     target = connection(0.0, 0.0)
     # After 10: none waits; after 15: there is none near it; after 22: there is one; after 33 and 43 it is looked at again.
-    shares = [None, 0.05, 0.05, 0.11, 0.121]
+    shares = [None, 0.2, 0.05, 0.11, 0.121]
     found = returning(monkeypatch, way, shares, [None, target])
     assert found == (44, target, "", 5)
     assert returning(monkeypatch, way[:40], [None] * 9, [])[:3] == (40, None, "the curve ends: it is lost")

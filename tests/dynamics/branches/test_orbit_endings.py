@@ -232,6 +232,8 @@ def test_a_parameter_that_stays_while_the_period_grows(monkeypatch: pytest.Monke
     assert end_of(monkeypatch, still) == ("other", 0.5, pytest.approx(1.09), pytest.approx([1.09]))
     met = lambda cycle, place, stays: (0.5, np.zeros(1)) if stays else None  # noqa: E731
     assert end_of(monkeypatch, still, met=met)[:2] == (SADDLE_CONNECTION, 0.5)
+    twice = [Orbit(0.5 + 0.1 * (k > 6), 1.0 + 0.01 * k) for k in range(15)]
+    assert end_of(monkeypatch, twice)[3] == []
     shrinking = [Orbit(0.5, 1.0 - 0.01 * k) for k in range(12)]
     assert end_of(monkeypatch, shrinking)[3] == []
     moving = [Orbit(0.5 + 2e-10 * k, 1.0 + 0.01 * k) for k in range(12)]

@@ -302,13 +302,15 @@ def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
     """Sorted; rows beyond both ends; then crossings within one and a half cells, where the curve ends inside the plane."""
     curve = OrbitCurve(BRANCH_POINT, np.array([0.6, 0.5, 0.4]), np.array([1.8, 1.5, 1.2]))
     fold = line("fold", 0.2, 0.0, 3.0)
-    rows = tuple(row_at(y, (BRANCH_POINT, x), ("fold", 0.9)) for x, y in ((0.8, 2.5), (0.7, 2.1), (0.5, 1.5), (0.3, 0.5)))
+    rows = tuple(
+        row_at(y, (BRANCH_POINT, x), ("fold", 0.9)) for x, y in ((0.8, 2.5), (0.7, 2.1), (0.5, 1.5), (0.3, 0.5), (0.35, 0.8))
+    )
     crossings = Crossing(0.85, 2.9), Crossing(0.1, 2.4), Crossing(0.15, 0.1)
     findings = StateFindings(orbits=(*rows, NONE), crossings=crossings, orbit_curves=(curve, fold))
     made, same = extended(bare(), findings)
     assert same is fold
-    assert made.x.tolist() == [0.15, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85]
-    assert made.y.tolist() == [0.1, 0.5, 1.2, 1.5, 1.8, 2.1, 2.5, 2.9]
+    assert made.x.tolist() == [0.15, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85]
+    assert made.y.tolist() == [0.1, 0.5, 0.8, 1.2, 1.5, 1.8, 2.1, 2.5, 2.9]
     far = replace(findings, orbits=(), crossings=(Crossing(0.9, 3.4), Crossing(0.0, -0.4)))
     assert extended(bare(), far)[0].y.tolist() == [1.2, 1.5, 1.8]
     to_edge = replace(far, orbit_curves=(replace(curve, y=np.array([3.0, 1.5, 0.0])),), crossings=(Crossing(0.9, 3.1),))

@@ -89,6 +89,42 @@ def test_births_of_a_torus_lie_on_their_parabola() -> None:
         assert math.cos(point.extra[0]) == pytest.approx(math.cos(math.sqrt(2) * math.pi), abs=1e-8)
 
 
+def test_a_few_births_of_a_torus_beside_one_another() -> None:
+    """p = q^2 from q = 0.5 to 0.6, with the angle sqrt(2) pi; the changes v turn by it and have the size 1."""
+    samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
+    fixed = {"speed": 2.0, "frequency": math.sqrt(2)}
+    cycles = Cycles.of(TORUS_BIRTH, "p", fixed | {"q": 0.5}, (0.1, 0.4))
+    first = cycle_near(cycles, math.pi * TAU, samples, 0.15)
+    at = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == "torus")
+    followed = CycleCurve.of("torus", TORUS_BIRTH, ("p", "q"), fixed, ((-0.6, 0.9), (0.4, 0.6)))
+    walk = followed.walk(followed.start(at, 0.5))
+    points = list(walk)
+    assert walk.end == "it leaves the range at 0.6" and points[-1].parameters == pytest.approx((0.36, 0.6), abs=1e-8)
+    for point in points:
+        p, q = point.parameters
+        assert p == pytest.approx(q**2, abs=1e-8) and point.period == pytest.approx(math.pi, abs=1e-8)
+        (angle,) = point.extra
+        assert math.cos(angle) == pytest.approx(math.cos(math.sqrt(2) * math.pi), abs=1e-8)
+        y = point.problem.split(point.point.u)[0]
+        begin, end = (y[k, 4:8] + 1j * y[k, 8:] for k in (0, -1))
+        np.testing.assert_allclose(end, np.exp(1j * angle) * begin, atol=1e-8)
+        assert point.problem.mesh.shares @ (y[:, 4:] ** 2).sum(axis=1) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_symmetry_that_is_lost_ends_the_curve_on_which_it_breaks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the added rate d is larger than 1e-3."""
+    samples = placed(EVEN, WAVE | {Z: 0 * TAU})
+    cycles = Cycles.of(PITCHFORK, "p", {"speed": 2.0, "q": 0.5}, (0.1, 0.4))
+    first = cycle_near(cycles, math.pi * TAU, samples, 0.15)
+    at = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == "branch-point")
+    followed = CycleCurve.of("branch-point", PITCHFORK, ("p", "q"), {"speed": 2.0}, BOUNDS)
+    start = followed.start(at, 0.5)
+    strength = iter([0.9e-3, -0.9e-3, -1.1e-3])
+    monkeypatch.setattr(CurveCycle, "extra", property(lambda _: [0.0, next(strength)]))
+    walk = followed.walk(start)
+    assert len(list(walk)) == 2 and walk.end == "the orbit loses the symmetry that was broken"
+
+
 def test_broken_symmetries_lie_on_their_parabola() -> None:
     samples = placed(EVEN, WAVE | {Z: 0 * TAU})
     points = curve("branch-point", PITCHFORK, samples, math.pi, -0.3)

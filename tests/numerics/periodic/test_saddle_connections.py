@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 import sympy as sp
 from tests.refusals import rejected
 
+from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.periodic import saddle_connections
 from wucht.numerics.periodic.connection import Connection
+from wucht.numerics.periodic.connection_ends import STANDS
 from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
@@ -86,3 +92,72 @@ def test_two_folds_at_once_in_closed_form() -> None:
     np.testing.assert_allclose(last, [np.sqrt(1.5), -np.sqrt(1.5), -2.25, 0.0, 3.0], atol=1e-8)
     with rejected("count"):
         FoldPairs(Equations.of(system, ("p",), {"r": 0.0, "q": 1.0}), ((-5.0, 5.0),))
+
+
+def test_folds_that_do_not_coincide_anywhere() -> None:
+    """x' = p - x^2 has one fold alone; of p + x^3 - 3 x, at p = 2 and -2, no parameter changes that."""
+
+    def pairs(rate: sp.Expr) -> FoldPairs:
+        return FoldPairs(Equations.of(System((X,), (rate + 0 * R,), (P, R)), ("p", "r"), {}), ((-1.0, 1.0), (-1.0, 1.0)))
+
+    with pytest.raises(RunError, match="both folds are one"):
+        pairs(P - X**2).near(np.array([0.3]), np.array([-0.2]), np.array([0.1, 0.0]))
+    with pytest.raises(RunError, match="no point was found at which both folds coincide"):
+        pairs(P + X**3 - 3 * X).near(np.array([1.1]), np.array([-0.9]), np.array([0.1, 0.0]))
+
+
+def test_a_curve_has_as_many_points_as_are_asked_for(found: tuple[Connections, Connection]) -> None:
+    connections, leaf = found
+    walk = replace(connections, steps=replace(connections.steps, points=2)).walk(leaf)
+    assert len(list(walk)) == 2 and walk.end == "it has as many points as were asked for, 2"
+
+
+def test_a_curve_on_which_the_parameters_stand(found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch) -> None:
+    """At one point after another, twenty; a point at which they move begins the count anew."""
+    connections, leaf = found
+    stand = iter([True, False, *[True] * 30])
+    monkeypatch.setattr(saddle_connections, "stands", lambda *_: next(stand))
+    fine = replace(connections, steps=replace(connections.steps, first=1e-3, most=1e-3))
+    walk = fine.walk(replace(leaf, curve=replace(leaf.curve, steps=fine.steps)))
+    points = list(walk)
+    assert len(points) == 22 and walk.end.startswith(STANDS)
+    a, b = points[-1].parameters
+    assert walk.end == f"{STANDS}, a = {a:.7g}, b = {b:.7g}"
+
+
+def test_an_orbit_that_cannot_be_followed_longer_stays_as_it_is(
+    found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connections, leaf = found
+    later = replace(connections, time=leaf.time + 10.0)
+    assert later.longer(leaf).time == pytest.approx(leaf.time + 10.0, abs=1e-6)
+    assert replace(later, longest=leaf.time + 4.0).longer(leaf).time == pytest.approx(leaf.time + 4.0)
+    assert replace(later, longest=leaf.time).longer(leaf) is leaf
+    assert replace(later, folds=(True,)).longer(leaf) is leaf
+    # A saddle that is not left: nothing says how much longer.
+    assert later.longer(replace(leaf, eigenvalues=np.array([[-1.0, -3.0]]))).time == leaf.time
+
+    def lost(*_: Any) -> None:
+        raise RunError("no orbit")
+
+    monkeypatch.setattr(saddle_connections, "solved_near", lost)
+    assert later.longer(leaf) is leaf
+
+
+def test_special_points_that_are_not_located_are_unresolved(
+    found: tuple[Connections, Connection], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connections, leaf = found
+    other = replace(leaf, eigenvalues=np.array([[3.5, -3.0]]))
+    monkeypatch.setattr(saddle_connections, "refined", lambda *_: (leaf.curve, leaf.point, leaf.point))
+    monkeypatch.setattr(saddle_connections, "located", lambda *_: None)
+    (special,) = connections._special(leaf, other)
+    assert special.kind == "unresolved" and special.point is other.point
+    assert connections._special(leaf, leaf) == [] and replace(connections, folds=(True,))._special(leaf, other) == []
+    assert replace(connections, folds=(False, False))._special(leaf, other) == []
+
+    def lost(*_: Any) -> None:
+        raise RunError("singular")
+
+    monkeypatch.setattr(saddle_connections, "refined", lost)
+    assert [c.kind for c in connections._special(leaf, other)] == ["unresolved"]

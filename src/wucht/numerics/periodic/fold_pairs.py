@@ -16,6 +16,7 @@ from wucht.numerics.continuation.problem import CurvePoint, Functions
 
 _STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
 _CORRECTIONS, _ACCURATE = 40, 1e-10
+_MET = 1e-7  # of what changes of the size of scale make of the conditions: so small they are where they are met
 _STEPS = Steps(first=0.01, most=0.1, turn=0.1)
 
 
@@ -35,9 +36,11 @@ class FoldPairs:
         u = np.concatenate([first, second, parameters])
         for _ in range(_CORRECTIONS):
             off, jacobian = self._residual(u)
-            change = np.linalg.pinv(jacobian * self._scale) @ off
+            slopes = jacobian * self._scale
+            change = np.linalg.pinv(slopes) @ off
             u = u - change * self._scale
-            if np.linalg.norm(change) < _ACCURATE:
+            # Where no parameter parts both folds' values, the best compromise does not change either.
+            if np.linalg.norm(change) < _ACCURATE and np.linalg.norm(off) < _MET * np.linalg.norm(slopes):
                 return self._apart(u)
         raise RunError("no point was found at which both folds coincide")
 

@@ -1,0 +1,223 @@
+"""Branches of orbits of the normal form of a generalised Hopf point: which are the same, what is lost, orbits at a value."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import wucht
+from wucht.dynamics.branches import bifurcation_diagram, orbit_branches, orbit_diagram, single_orbits
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
+from wucht.dynamics.branches.first_orbits import cycles_of
+from wucht.dynamics.branches.orbit_branches import PeriodicBranch, StoredOrbit
+from wucht.dynamics.branches.orbit_diagram import OrbitCase, OrbitFindings, follow_orbits
+from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.single_orbits import ReportedOrbit, near, reported
+from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.work import Work
+from wucht.errors import InputError, RunError
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING
+from wucht.system import System
+
+X, Y, P, S = sp.symbols("x y p s", real=True)
+SQUARE = X**2 + Y**2
+GROWTH = P + S * SQUARE - SQUARE**2
+# Orbits r^2 = s/2 +- sqrt(s^2/4 + p), of the period 2 pi/(1 + r^2), from the Hopf point p = 0 to the fold p = -s^2/4 and on.
+FORM = System((X, Y), (X * GROWTH - Y * (1 + SQUARE), Y * GROWTH + X * (1 + SQUARE)), (P, S))
+EQUATIONS = wucht.OwnEquations(FORM, {"p": 0.1, "s": 1.0})
+RANGES = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
+BOUNDS = (-0.6, 0.5)
+
+
+def case_of(**settings: Any) -> OrbitCase:
+    asked = OrbitSettings(start={"x": 1.0}, **settings)
+    return OrbitCase.of(EQUATIONS, "p", BOUNDS, asked, at=(0.3,), values=(-0.2,))
+
+
+@cache
+def followed() -> OrbitFindings:
+    return list(follow_orbits(case_of(), Work()))[-1]
+
+
+def square(p: float, side: int) -> float:
+    return 0.5 + side * (0.25 + p) ** 0.5
+
+
+def test_the_orbits_at_a_value_on_both_sides_of_the_fold() -> None:
+    """With their periods, extents, and exponents r dG/dr = 2 r^2 (s - 2 r^2)."""
+    orbits = {round(o.period, 6): o for _, o in followed().reported if not o.kind}
+    assert len(orbits) == 2
+    for side in (-1, 1):
+        r2 = square(-0.2, side)
+        orbit = orbits[round(2 * np.pi / (1 + r2), 6)]
+        assert orbit.value == -0.2 and (orbit.high, orbit.low) == pytest.approx((r2**0.5, -(r2**0.5)), rel=1e-6)
+        assert orbit.exponents.real == pytest.approx([2 * r2 * (1 - 2 * r2)], rel=1e-6)
+    (fold,) = [o for _, o in followed().reported if o.kind]
+    assert (fold.kind, fold.value) == ("fold", pytest.approx(-0.25, abs=1e-8))
+
+
+def test_a_branch_passes_an_orbit_by_value_and_period() -> None:
+    (branch,) = followed().branches
+    values, periods = branch.joined("values"), branch.joined("periods")
+    for k in (3, -4):
+        value, period = float(values[k] + values[k + 1]) / 2, float(periods[k] + periods[k + 1]) / 2
+        assert branch.passes(value, period) and branch.passes(value, 1.009 * period) and branch.passes(value, 0.991 * period)
+        assert not branch.passes(value, 1.012 * period) and not branch.passes(value, 0.988 * period)
+    assert not branch.passes(-0.3, 2 * np.pi / 1.5)
+
+
+def small(*, values: list[float], periods: list[float], low: list[float], high: list[float]) -> PeriodicBranch:
+    made: Any = SimpleNamespace(values=np.array(values), periods=np.array(periods), low=np.array(low), high=np.array(high))
+    seed: Any = None
+    return PeriodicBranch(seed, None, made)
+
+
+def test_a_branch_from_another_of_its_special_points_is_known() -> None:
+    """By the orbit in its middle: its period between neighbours, and its range at the nearest orbit, within a hundredth."""
+    whole = small(values=[0, 1, 2, 3], periods=[4, 5, 6, 7], low=[-1, -2, -3, -4], high=[1, 2, 3, 4])
+    part: dict[str, Any] = {"values": [1, 2.05, 3], "periods": [5, 6.05, 7], "low": [-2, -3, -4], "high": [2, 3, 4]}
+    assert whole.repeated_by(small(**part))
+    for other in (
+        part | {"periods": [5, 6.2, 7]}, part | {"low": [-2, -3.07, -4]}, part | {"high": [2, 3.07, 4]},
+        part | {"values": [1, 3.05, 3]}, part | {"low": [-2, -2.93, -4], "high": [2, 2.93, 4]},
+    ):  # fmt: skip
+        assert not whole.repeated_by(small(**other))
+    assert whole.repeated_by(small(**(part | {"low": [9, -3.02, 9], "high": [9, 3.02, 9]})))
+
+
+def test_a_first_orbit_on_a_known_branch_is_not_followed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But one that crosses a branch is, unless it leads to a known one."""
+    (known,) = followed().branches
+    case, findings, calls = case_of(), OrbitFindings(branches=(known,)), list[bool]()
+
+    def half(_c: Any, _s: Any, onward: bool, _w: Any) -> Any:
+        calls.append(onward)
+        return known.onward
+
+    monkeypatch.setattr(orbit_diagram, "_half_branch", half)
+    beside = replace(known.seed, value=float(known.joined("values")[4]), period=float(known.joined("periods")[4]))
+    assert _finished(case, beside, findings).branches == (known,) and calls == []
+    other = replace(known.seed, value=-0.2, period=9.0)
+    made = _finished(case, other, findings)
+    assert len(made.branches) == 2 and calls == [True, False]
+    calls.clear()
+    crossing = replace(beside, towards=np.ones(3))
+    assert _finished(case, crossing, findings).branches == (known,) and calls == [True]
+
+
+def _finished(case: OrbitCase, seed: Any, findings: OrbitFindings) -> OrbitFindings:
+    generator = orbit_diagram._followed(case, seed, findings, Work())
+    while True:
+        try:
+            next(generator)
+        except StopIteration as stop:
+            return stop.value
+
+
+def test_a_branch_that_is_not_followed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: Any) -> None:
+        raise RunError("no orbit")
+
+    seed = followed().branches[0].seed
+    monkeypatch.setattr(orbit_diagram, "half_branch", lost)
+    found = _finished(case_of(), seed, OrbitFindings())
+    assert found.branches == () and found.lost == (f"the branch from {seed.begun} is not followed: no orbit",)
+
+
+def test_steady_states_that_are_refused() -> None:
+    """Of equations the refusal is that of the study: the table of ranges may be wrong."""
+    with pytest.raises(InputError) as refused:
+        case_of(ranges={"x": (-2.0, 2.0)})
+    assert refused.value.where == "study.ranges"
+
+
+def test_orbits_that_cannot_be_reported_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    case, (branch,) = case_of(), followed().branches
+    last = [o for o in branch.kept if not o.kind]
+    made = reported(case.problem, BOUNDS, branch.seed, [last[0]], -0.5)
+    assert isinstance(made, str) and made.startswith("the orbit at p = -0.5 is not reported: neither Newton's method nor")
+    monkeypatch.setattr(orbit_diagram, "reported", lambda *_: "not there")
+    *_, findings = follow_orbits(case, Work())
+    assert set(findings.lost) == {"not there"} and findings.reported == ()
+
+
+def kept_at(p: float) -> StoredOrbit:
+    (branch,) = followed().branches
+    regular = [o for o in branch.kept if not o.kind and o.period < 2 * np.pi / 1.5]
+    return min(regular, key=lambda o: abs(o.value - p))
+
+
+@pytest.mark.parametrize(("begin", "value"), [(0.4, -0.1), (-0.1, 0.4)])
+def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch, begin: float, value: float) -> None:
+    """Newton's method fails; upwards or downwards it is followed to the very value, not beyond a fold."""
+    case, (branch,) = case_of(), followed().branches
+    cycles = cycles_of(case.problem, BOUNDS, branch.seed.winding, branch.seed.scale, 2 * branch.seed.longest)
+    corrected = single_orbits._corrected
+
+    def fails(of: Any, orbit: StoredOrbit, at: float) -> Any:
+        if at == value:
+            raise RunError("too far")
+        return corrected(of, orbit, at)
+
+    monkeypatch.setattr(single_orbits, "_corrected", fails)
+    there = single_orbits._at(cycles, [kept_at(begin)], value)
+    assert there.parameter == value
+    assert there.period == pytest.approx(2 * np.pi / (1 + square(value, 1)), rel=1e-7)
+    with pytest.raises(RunError, match="it lies beyond a fold"):
+        single_orbits._followed(cycles, kept_at(begin), -0.3)
+
+
+def test_orbits_beside_a_value_the_nearest_first() -> None:
+    a, b, c = (SimpleNamespace(value=v) for v in (0.0, 1.0, 0.4))
+    row: Any = [a, b, c]
+    assert near(row, 0.8) == [(b, a), (b, c)] and near(row, 0.3) == [(a, b)] and near(row, 1.0) == [(b,)]
+    assert isinstance(reported(case_of().problem, BOUNDS, followed().branches[0].seed, [kept_at(0.3)], 0.31), ReportedOrbit)
+
+
+@pytest.mark.parametrize(("ratio", "count"), [(1.0, 1), (1 + 1e-5, 2)])
+def test_of_mirror_images_beside_a_branch_point_one_is_followed(
+    monkeypatch: pytest.MonkeyPatch, ratio: float, count: int
+) -> None:
+    cycles: Any = SimpleNamespace(equations=SimpleNamespace(parameters=("T", "p")))
+    sides = [SimpleNamespace(period=4.0, parameter=1.0), SimpleNamespace(period=4.0 * ratio, parameter=1.0)]
+    monkeypatch.setattr(orbit_branches, "switched", lambda *_: sides)
+    monkeypatch.setattr(orbit_branches, "doubled", lambda *_: ("doubled", "first"))
+    monkeypatch.setattr(orbit_branches.SeedOrbit, "of", lambda *given, **more: (*given, more))
+    at: Any = SimpleNamespace(kind=BRANCH_POINT, parameter=0.25)
+    found: Any = orbit_branches._offshoots(cycles, at)
+    assert [f[1] for f in found] == sides[:count] and found[0][2] == "the branch point at p = 0.25"
+    (twice,) = orbit_branches._offshoots(cycles, SimpleNamespace(kind=DOUBLING, parameter=0.25))  # type: ignore[arg-type]
+    assert twice[:3] == ("doubled", "first", "the period doubling at p = 0.25")  # type: ignore[index]
+
+
+def diagram() -> BranchCase:
+    return BranchCase.of(EQUATIONS, "p", BOUNDS, BranchSettings(points=1, ranges=RANGES))
+
+
+def test_states_that_are_not_followed_are_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: Any) -> None:
+        raise RunError("singular")
+
+    monkeypatch.setattr(bifurcation_diagram, "branch_through", lost)
+    *_, found = follow_branches(diagram(), Work())
+    assert found.branches == () and set(found.lost) == {
+        f"a state at p = {value:.6g} is not followed: singular" for value in diagram().values
+    }
+    again = BranchFindings(lost=found.lost).joined("singular", f"p = {diagram().values[0]:.6g}", None)
+    assert again.lost == found.lost
+
+
+def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    *_, found = follow_branches(diagram(), Work())
+    second: Any = SimpleNamespace(path="s")
+    monkeypatch.setattr(bifurcation_diagram, "curve_through", lambda *_: "no curve")
+    stages = list(bifurcation_diagram._curves(diagram().states, second, found, Work()))
+    (sentence,) = stages[-1].lost
+    assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
+    assert stages[-1].curves == ()
