@@ -315,3 +315,65 @@ def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
     assert extended(bare(), far)[0].y.tolist() == [1.2, 1.5, 1.8]
     to_edge = replace(far, orbit_curves=(replace(curve, y=np.array([3.0, 1.5, 0.0])),), crossings=(Crossing(0.9, 3.1),))
     assert extended(bare(), to_edge)[0].y.tolist() == [0.0, 1.5, 3.0]
+
+
+def test_what_only_rows_at_the_same_value_explain() -> None:
+    """Runs that reach an orbit at 0.5, where there is no row; at 1.5, where its row ends before; at 2.5, where one has it."""
+    at = (reached(0.2, 0.5, 1), reached(2.0, 1.5, 1), reached(0.2, 1.5, 2, 1), reached(0.2, 2.5, 1))
+    rows = tuple(row_at(y, winding=1) for y in (1.5, 2.5))
+    left = state_map._unexplained(StateFindings(reached=at, orbits=(*rows, NONE)))
+    assert [(y, orbit.winding[0]) for y, orbit in left] == [(0.5, 1), (1.5, 1), (1.5, 2)]
+
+
+def test_a_place_in_each_region_that_has_none_with_the_nearest_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Below 0.2 and above 2.75 of the second parameter: steady states, a row begun with its neighbour, and runs there."""
+    done = list[Any]()
+
+    def steady(_: Any, findings: StateFindings, second: float, values: np.ndarray, *works: Work) -> Any:
+        done.append(("steady", round(second, 2), len(values), *[w.name for w in works]))
+        yield findings
+        return findings
+
+    def orbit_row(_: Any, work: Work, second: float, near: Any, *__: Any) -> NoOrbit:
+        done.append(("row", round(second, 2), near.second, work.name))
+        return NoOrbit(second, "")
+
+    def with_runs(
+        _: Any, findings: StateFindings, work: Work, values: list[float], second: float, share: float
+    ) -> StateFindings:
+        done.append(("runs", len(values), round(second, 2), share, work.name))
+        return findings
+
+    monkeypatch.setattr(state_map, "_steady", steady)
+    monkeypatch.setattr(state_map, "_orbit_row", orbit_row)
+    monkeypatch.setattr(state_map, "_with_runs", with_runs)
+    lines = tuple(OrbitCurve("fold", np.array([-1.0, 2.0]), np.array([y, y])) for y in (0.2, 2.75))
+    findings = StateFindings(orbits=tuple(row_at(y) for y in (0.5, 1.5, 2.5)), orbit_curves=lines)
+    _, last = finished(state_map._extra(bare(), findings, Work()))
+    low, high = ((round(y, 2), k) for k, (_, y) in enumerate(last.extra))
+    assert (low[0], high[0]) == (pytest.approx(0.1, abs=0.02), pytest.approx(2.87, abs=0.02))
+    assert done == [
+        step
+        for (y, k), near in ((low, 0.5), (high, 2.5))
+        for name in [f"place {k}/"]
+        for step in (("steady", y, 1, name, name), ("row", y, near, name), ("runs", 1, y, 0.9, name))
+    ]
+    assert [type(row) for row in last.orbits] == [OrbitRow] * 3 + [NoOrbit] * 2
+
+
+def test_runs_are_reported_between_curves_and_orbits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 0.3 to 0.5 of the work, row by row, each at the centres of all cells."""
+    asked, reports = list[Any](), list[tuple[float, str]]()
+
+    def reach(_: Any, path: str, bounds: Any, values: list[float], second: float, watch: Any) -> tuple[Any, ...]:
+        asked.append((path, bounds, [round(v, 3) for v in values], second))
+        return (second,)
+
+    monkeypatch.setattr(state_map, "reached_motions", reach)
+    stages, last = finished(
+        state_map._runs(bare(), StateFindings(), Work(reporter=lambda share, what: reports.append((share, what))))
+    )
+    assert last.reached == (0.5, 1.5, 2.5) and len(stages) == 3
+    assert asked == [("p", (0.0, 1.0), [0.167, 0.5, 0.833], y) for y in (0.5, 1.5, 2.5)]
+    assert [share for share, _ in reports] == pytest.approx([0.3, 0.3 + 0.2 / 3, 0.3 + 0.4 / 3])
+    assert reports[0][1] == "runs from several starts at s = 0.5"
