@@ -64,3 +64,14 @@ def test_it_is_stable_where_no_direction_grows(row: OrbitRow) -> None:
 def test_stability_is_lost_where_the_exponent_is_zero(row: OrbitRow) -> None:
     (special,) = row.special
     assert (special.kind, special.value) == ("branch-point", pytest.approx(0.23, rel=1e-12))
+
+
+def test_the_last_orbit_of_a_branch_is_a_regular_one() -> None:
+    """One way or the other; a special orbit behind it does not count, and where there is none it is the first."""
+    walks = {1: [orbit(0.4), orbit(0.5), orbit(0.55, "fold")], -1: [orbit(0.2), orbit(0.15, "torus")], 0: [orbit(0.1, "fold")]}
+    first = orbit(0.3)
+    cycles: Any = SimpleNamespace(backwards=lambda _: -1, walk=lambda c: walks[-1 if c == -1 else 1])
+    assert state_rows._last_of(cycles, first, True).parameter == 0.5
+    assert state_rows._last_of(cycles, first, False).parameter == 0.2
+    none: Any = SimpleNamespace(walk=lambda _: walks[0])
+    assert state_rows._last_of(none, first, True) is first
