@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.dynamics.branches import state_map
+from wucht.dynamics.branches import orbit_curves, state_map
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_curves import OrbitCurve, orbit_curve
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
@@ -22,7 +22,7 @@ from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, exten
 from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.numerics.periodic.cycle import BRANCH_POINT, FOLD
 from wucht.system import System
 
@@ -237,9 +237,9 @@ def test_curves_through_what_is_special_on_a_row_unless_they_are_known(monkeypat
 
 
 def test_a_curve_of_lost_stability_that_ends_just_before_a_row_is_the_rows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Within a tenth of the first range, and one and a half cells of the second one; not so a fold."""
+    """Within a tenth of the first range, and one and a half cells of the second one, but not at the row; not so a fold."""
     row, new = row_at(1.5, (BRANCH_POINT, 0.5)), line("new", 0.0, 0.0, 3.0)
-    for x, end, count in ((0.55, 0.3, 0), (0.65, 0.3, 1), (0.55, -0.1, 1)):
+    for x, end, count in ((0.55, 0.3, 0), (0.65, 0.3, 1), (0.55, -0.1, 1), (0.55, 1.5, 1)):
         known = OrbitCurve(BRANCH_POINT, np.full(3, x), np.array([end - 0.2, end - 0.1, end]))
         assert len(curves_of(monkeypatch, row, (known,), new)[0]) == count
     known = OrbitCurve("fold", np.full(3, 0.55), np.array([0.1, 0.2, 0.3]))
@@ -377,3 +377,21 @@ def test_runs_are_reported_between_curves_and_orbits(monkeypatch: pytest.MonkeyP
     assert asked == [("p", (0.0, 1.0), [0.167, 0.5, 0.833], y) for y in (0.5, 1.5, 2.5)]
     assert [share for share, _ in reports] == pytest.approx([0.3, 0.3 + 0.2 / 3, 0.3 + 0.4 / 3])
     assert reports[0][1] == "runs from several starts at s = 0.5"
+
+
+def test_curves_of_orbits_are_those_of_all_equations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where bodies keep together, too: so is the orbit from which they are begun, up to eight times the period."""
+    asked = list[Any]()
+
+    def through(subject: Any, bounds: Any, seed: Any) -> None:
+        asked.append((subject.system, subject.path, bounds, seed.longest))
+        raise RunError("enough")
+
+    motion, row = case_of().motion_at(0.7), mapped()[-1].orbit_rows[0]
+    other = replace(
+        motion.subject, system=System(FORM.states, (*FORM.derivatives[:1], FORM.derivatives[1] + P), FORM.parameters)
+    )
+    monkeypatch.setattr(orbit_curves, "cycles_through", through)
+    for whole, system in ((other, other.system), (None, motion.subject.system)):
+        assert orbit_curve(replace(motion, whole=whole), ("p", "s"), PLANE, row, row.special[0]) == "enough"
+        assert asked.pop() == (system, "p", PLANE[0], 8.0 * row.special[0].period)
