@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.refusals import rejected
 
 from known_orbits import BAUTIN, EVEN, MOEBIUS, PITCHFORK, PLANE, SPACE, TORUS_BIRTH, W, X, Y, Z, placed
+from wucht.numerics.periodic import cycle_curves
 from wucht.numerics.periodic.cycle_curves import CurveCycle, CycleCurve
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
@@ -109,6 +112,36 @@ def test_a_few_births_of_a_torus_beside_one_another() -> None:
         begin, end = (y[k, 4:8] + 1j * y[k, 8:] for k in (0, -1))
         np.testing.assert_allclose(end, np.exp(1j * angle) * begin, atol=1e-8)
         assert point.problem.mesh.shares @ (y[:, 4:] ** 2).sum(axis=1) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_the_change_of_the_conditions_of_a_torus_with_its_angle() -> None:
+    """Against differences, v turning by 0.7."""
+    ends, _ = cycle_curves._conditions("torus", 2, np.array([2 * np.pi, 0.0]), np.ones(11))
+    first, last = np.arange(6.0), np.array([3.0, 1.0, 4.0, 1.0, 5.0, 9.0])
+    given = np.array([4.0, 0.7, 0.1, 0.2])
+    value, begin, end, by_parameters = ends(first, last, given)
+    assert value[:2] == pytest.approx(last[:2] - first[:2] - [2 * np.pi, 0.0])
+    assert value[2:4] + 1j * value[4:] == pytest.approx(
+        last[2:4] + 1j * last[4:] - np.exp(0.7j) * (first[2:4] + 1j * first[4:])
+    )
+    for k in range(4):
+        step = 1e-6 * np.eye(4)[k]
+        slope = (ends(first, last, given + step)[0] - ends(first, last, given - step)[0]) / 2e-6
+        np.testing.assert_allclose(by_parameters[:, k], slope, atol=1e-8)
+    np.testing.assert_allclose(begin @ first + end @ last - [2 * np.pi, 0, 0, 0, 0, 0], value)
+
+
+def test_a_torus_is_begun_with_the_pair_next_to_the_unit_circle(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = list[complex]()
+
+    def wave(_: object, turn: complex) -> np.ndarray:
+        given.append(turn)
+        return np.array([[1 + 2j, 3 - 1j]])
+
+    monkeypatch.setattr(cycle_curves, "carried", wave)
+    at: Any = SimpleNamespace(logarithms=np.array([-0.5 + 2j, -0.5 - 2j, 0.01 + 1j, 0.01 - 1j, 0.0]))
+    changes, extra = cycle_curves._changes(at, "torus")
+    assert extra == [1.0] and given == [pytest.approx(np.exp(1j))] and changes.tolist() == [[1.0, 3.0, 2.0, -1.0]]
 
 
 def test_a_symmetry_that_is_lost_ends_the_curve_on_which_it_breaks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -97,13 +97,13 @@ def test_where_a_better_mesh_shows_no_change_of_sign_nothing_is_passed(monkeypat
         assert len(of._between(there.curve, far, at, TORUS)) == count
 
 
-def shrinking(*squares: float, period: float = 2 * np.pi, mean: float = 0.0) -> list[Any]:
-    """Orbits of x, y around (mean, 0) whose parameters are the squares of their radii."""
+def shrinking(*squares: float, period: float = 2 * np.pi, mean: float = 0.0, shift: float = 0.0) -> list[Any]:
+    """Orbits of x, y around (mean, 0) whose parameters are the squares of their radii, shifted."""
     angle = 2 * np.pi * np.arange(8) / 8
     shares = np.full(8, 1 / 8)
     return [
         SimpleNamespace(
-            parameter=s, period=period, states=np.array([mean + s**0.5 * np.cos(angle), s**0.5 * np.sin(angle)]),
+            parameter=s + shift, period=period, states=np.array([mean + s**0.5 * np.cos(angle), s**0.5 * np.sin(angle)]),
             problem=SimpleNamespace(mesh=SimpleNamespace(shares=shares), sizes=np.ones(4)),
         )
         for s in squares
@@ -120,7 +120,10 @@ def test_the_hopf_point_at_which_orbits_end_that_shrink() -> None:
     np.testing.assert_allclose(found.x, 0.0, atol=1e-9)
     alone = hopf_point(of, shrinking(0.01))
     assert alone is not None and alone.parameter == pytest.approx(0.0, abs=1e-9)
-    assert hopf_point(of, shrinking(0.01, 0.04)) is None
+    assert hopf_point(of, shrinking(0.01, 0.04)) is None and hopf_point(of, shrinking(0.01, 0.012)) is None
+    # Half the size of the last orbit but one, 0.2: so far from where their squares vanish.
+    assert hopf_point(of, shrinking(0.04, 0.01, shift=0.095)) is not None
+    assert hopf_point(of, shrinking(0.04, 0.01, shift=0.105)) is None
     assert hopf_point(of, shrinking(0.04, 0.01, period=2 * np.pi * 1.12)) is None
     assert hopf_point(of, shrinking(0.04, 0.01, period=2 * np.pi * 1.08)) is not None
     assert (
