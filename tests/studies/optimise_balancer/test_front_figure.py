@@ -27,7 +27,7 @@ def test_points_of_several_numbers_of_bodies_are_all_drawn_apart(monkeypatch: py
     counts = np.array([3, 2, 3, 3, 2])
     assert result.front_bodies.shape == counts.shape
     result.front_bodies.values[:] = counts
-    result.attrs["summary"] = json.dumps(result.wucht.summary | {"numbers_of_bodies": [2, 3, 4]})
+    result = result.assign_attrs(summary=json.dumps(result.wucht.summary | {"numbers_of_bodies": [2, 3, 4]}))
     (axis,) = (a for a in draw(result).axes if a.lines)
     columns = {"s": (0, 1.0), "mm": (2, 1e3)}
     (i, over), (j, up) = (columns[label[:-1].split("(")[1]] for label in (axis.get_xlabel(), axis.get_ylabel()))
