@@ -15,8 +15,7 @@ from wucht.studies.runner import draw
 
 UNITS = {
     "rad/s": (
-        "final_speed",
-        "min_speed",
+        "peak_speed", "peak_torque_speed", "self_centring_speed", "from_speed", "to_speed", "final_speed", "min_speed",
         "max_speed",
         "free_speed",
         "speed",
@@ -24,10 +23,12 @@ UNITS = {
         "mean_speeds",
         "natural_frequencies",
     ),
-    "m": ("final_amplitude", "peak_amplitude", "amplitude", "stroke"),
+    "m": (
+        "final_amplitude", "peak_amplitude", "amplitude", "stroke", "amplitude_at_free_speed", "from_amplitude", "to_amplitude",
+    ),
     "s": ("settling_time", "amplitude_settling_time", "modulation_period", "half_time", "reversal_time", "end_time"),
     "rad": ("final_phases", "rotor_phases", "throw_direction", "deck"),
-    "N m": ("torque",),
+    "N m": ("torque", "rate"),
     "N m s": ("slope",),
 }  # fmt: skip
 _UNIT_OF = {name: unit for unit, names in UNITS.items() for name in names}
@@ -40,9 +41,10 @@ def answered(
     warnings: Sequence[str] = (),
     failure: str | None = None,
     dimensionless: bool = False,
+    **others: str,
 ) -> xr.Dataset:
-    """A Dataset with a summary made by hand, whose numbers have the units of keys of their names."""
-    units = {} if dimensionless else _UNIT_OF
+    """A Dataset with a summary made by hand, whose numbers have the units of keys of their names. others: units of keys."""
+    units = {} if dimensionless else _UNIT_OF | others
 
     def stated(name: str, value: Any) -> Quantity:
         parts = {inner: (inner, unit) for inner, unit in units.items() if inner != name}
@@ -57,9 +59,11 @@ def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> t
     return tuple(dimensions.split()), np.asarray(values), {"long_name": long_name, "units": units}
 
 
-def with_answer(result: xr.Dataset, **answer: Any) -> xr.Dataset:
-    """A copy of a result with other values of some keys of its summary."""
-    return result.copy().assign_attrs(summary=json.dumps(result.wucht.summary | answer))
+def with_answer(result: xr.Dataset, units: Mapping[str, Mapping[str, str]] | None = None, /, **answer: Any) -> xr.Dataset:
+    """A copy of a result with other values of some keys of its summary. units: of the parts of such keys."""
+    parts = {key: {"parts": {part: {"unit": unit} for part, unit in of.items()}} for key, of in (units or {}).items()}
+    quantities = result.wucht.quantities | parts
+    return result.copy().assign_attrs(summary=json.dumps(result.wucht.summary | answer), quantities=json.dumps(quantities))
 
 
 def titled(result: xr.Dataset, dimensionless: bool = False) -> xr.Dataset:

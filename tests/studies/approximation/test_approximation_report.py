@@ -93,7 +93,8 @@ def test_the_lines_of_the_report(plan: Any) -> None:
 def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
     result = titled(STUDY.dataset(plan, Findings((compared(), compared(2.5, slow_outcome="passed")), MEASURED)))
     factor = {"factor": 2.5, "speed": None, "amplitude": None, "same_outcome": False, "outcome": "a", "slow_outcome": "b"}
-    several = with_answer(result, along=["a.b", "c"], deviations=[factor], amplitude_unit="rad", disagreement=[[2.5, 2.5]])
+    turning, shaking = ({"speed": "rad/s", "amplitude": unit} for unit in ("rad", "m"))
+    several = with_answer(result, {"own": turning}, along=["a.b", "c"], deviations=[factor], disagreement=[[2.5, 2.5]])
     until = result.wucht.summary["until_phi"]
     assert STUDY.report(several)[1:] == [
         "verdict: TRUSTED",
@@ -104,7 +105,7 @@ def test_the_lines_of_several_parameters_and_of_units(plan: Any) -> None:
         "    2.5            nothing in common; a, averaged equations b",
         "  the models end differently at 2.5",
     ]
-    one = with_answer(result, along_unit="N m s", amplitude_unit="m", trusted=None, own=None, order_of_error=None)
+    one = with_answer(result, {"deviations": shaking}, along_unit="N m s", trusted=None, own=None, order_of_error=None)
     assert STUDY.report(one) == [
         "A machine",
         "verdict: NOT DECIDED",
