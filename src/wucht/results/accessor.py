@@ -83,10 +83,9 @@ class ResultAccessor:
         That of the last step that is a key or one of its parts; empty of a ratio, and of what has no unit.
         """
         first, *steps = re.sub(r"\[\d+\]", "", path).split(".")
-        known = self.quantities.get(first, {})
-        for step in steps:
-            known = known.get("parts", {}).get(step, known)
-        return str(known.get("unit", ""))
+        stated = self.quantities.get(first, {})
+        parts = [stated["parts"][step] for step in steps if step in stated.get("parts", {})]
+        return str([stated, *parts][-1].get("unit", ""))
 
     @property
     def headlines(self) -> list[str]:

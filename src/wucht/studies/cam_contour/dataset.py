@@ -11,7 +11,7 @@ import numpy as np
 from wucht.cams.followers.follower import Outline
 from wucht.cams.shape import COMMON, Shape, beyond_common, largest_pressure_angle
 from wucht.numerics.valleys import Arc
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.cam_contour.contact_load import Pressed
 from wucht.studies.cam_contour.judgement import judged
 from wucht.studies.cam_contour.prepare import Plan
@@ -24,40 +24,22 @@ _MOTIONS = ("", "_velocity", "_acceleration")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a cam's contour. Lengths in m, in the plane that turns with the cam.
-
-    Coordinates: cam (``cam``, with a counter cam ``counter``, of a groove ``outer``: its outer flank), cam_angle (N).
-    contour_x, contour_y, pitch_x, pitch_y (of the roller's centre), normal_x, normal_y (away from the centre), curvature
-    (positive where the material bulges), uncut (1: straight, 0: an edge, less: undercut), pressure_angle, contact_force,
-    contact_pressure (cam, cam_angle). output, follower, each also _velocity and _acceleration (derivatives by the cam angle),
-    transmission_angle, camshaft_torque (0 where nothing touches) (cam_angle). What does not apply is NaN. roller_radius,
-    base_radius (cam).
-    Arcs of the cam angle: arc_cam, arc_of (``undercut``, ``missing``, ``lift-off``), arc_begin, arc_end (arc).
-    Points to mill, of all cams in a row: mill_cam (number of the cam), mill_angle, mill_x, mill_y, mill_normal_x, mill_normal_y
-    (mill_point), the normals outwards of what the contour encloses.
-    The drive as it is drawn at cam angle 0: pivot, rod_offset, face_from, face_to, face_at. Limits: permitted_pressure_angle,
-    common_pressure_angle, permitted_radius, permitted_contact_pressure, wheel_radius.
-    """
-    import xarray as xr_
-
-    coordinates = {
-        "cam": variable("cam", list(plan.cams), "cam"),
-        "cam_angle": variable("cam_angle", findings.angles, "cam angle", "rad"),
-    }
-    data = {
-        **_over_turn(plan, findings),
-        **_motions(plan, findings),
-        **_arcs(plan, findings),
-        **_to_mill(findings),
-        **_layout(plan),
-    }
+    """The Dataset of a cam's contour, in the plane that turns with the cam; what does not apply is not a number."""
     outcome, sentence = judged(plan, findings)
-    summary = _summary(plan, findings, outcome, sentence)
-    notes = [*findings.notes, *_beyond_common(plan)]
-    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, notes)
+    quantities = [
+        Quantity("cam", list(plan.cams), "cam", "", "cam"),
+        Quantity("cam_angle", findings.angles, "cam angle", "rad", "cam_angle"),
+        *_over_turn(plan, findings),
+        *_motions(plan, findings),
+        *_arcs(plan, findings),
+        *_to_mill(findings),
+        *_layout(plan),
+        *_summary(plan, findings, outcome),
+    ]
+    return answer(quantities, sentence, [*findings.notes, *_beyond_common(plan)])
 
 
-def _over_turn(plan: Plan, f: Findings) -> dict[str, Variable]:
+def _over_turn(plan: Plan, f: Findings) -> list[Quantity]:
     missing = np.full(len(f.angles), np.nan)
 
     def rows(of: Callable[[Curves], np.ndarray | None]) -> np.ndarray:
@@ -71,107 +53,132 @@ def _over_turn(plan: Plan, f: Findings) -> dict[str, Variable]:
 
     along = "cam cam_angle"
     torque = missing if f.pressed is None else f.pressed.torque
-    return {
-        "contour_x": variable(along, rows(lambda c: c.contour.real), "contour, x", "m"),
-        "contour_y": variable(along, rows(lambda c: c.contour.imag), "contour, y", "m"),
-        "pitch_x": variable(along, rows(lambda c: pitch(c).real), "pitch curve, x", "m"),
-        "pitch_y": variable(along, rows(lambda c: pitch(c).imag), "pitch curve, y", "m"),
-        "normal_x": variable(along, rows(lambda c: c.normal.real), "normal, x"),
-        "normal_y": variable(along, rows(lambda c: c.normal.imag), "normal, y"),
-        "curvature": variable(along, rows(lambda c: c.curvature), "curvature of the contour", "1/m"),
-        "uncut": variable(along, rows(lambda c: c.left), "what the roller leaves, 0: an edge"),
-        "pressure_angle": variable(along, rows(lambda c: c.pressure_angle), "pressure angle", "rad"),
-        "contact_force": variable(along, contact(lambda p: p.force), "contact force", "N"),
-        "contact_pressure": variable(along, contact(lambda p: p.pressure), "contact pressure", "Pa"),
-        "camshaft_torque": variable("cam_angle", torque, "torque of the camshaft", "N m"),
-    }
+    return [
+        Quantity("contour_x", rows(lambda c: c.contour.real), "contour, x", "m", along),
+        Quantity("contour_y", rows(lambda c: c.contour.imag), "contour, y", "m", along),
+        Quantity("pitch_x", rows(lambda c: pitch(c).real), "pitch curve, x", "m", along),
+        Quantity("pitch_y", rows(lambda c: pitch(c).imag), "pitch curve, y", "m", along),
+        Quantity("normal_x", rows(lambda c: c.normal.real), "normal, x", "", along),
+        Quantity("normal_y", rows(lambda c: c.normal.imag), "normal, y", "", along),
+        Quantity("curvature", rows(lambda c: c.curvature), "curvature of the contour", "1/m", along),
+        Quantity("uncut", rows(lambda c: c.left), "what the roller leaves, 0: an edge", "", along),
+        Quantity("pressure_angle", rows(lambda c: c.pressure_angle), "pressure angle", "rad", along),
+        Quantity("contact_force", contact(lambda p: p.force), "contact force", "N", along),
+        Quantity("contact_pressure", contact(lambda p: p.pressure), "contact pressure", "Pa", along),
+        Quantity("camshaft_torque", torque, "torque of the camshaft", "N m", "cam_angle"),
+    ]
 
 
-def _motions(plan: Plan, f: Findings) -> dict[str, Variable]:
-    data: dict[str, Variable] = {}
+def _motions(plan: Plan, f: Findings) -> list[Quantity]:
+    stated = []
     for name, unit, motion in (("output", plan.drive.motion.unit, f.output), ("follower", plan.unit, f.lever)):
-        for order, suffix in enumerate(_MOTIONS):
-            of = f"{name}{suffix.replace('_', ', ')}"
-            per = ("", "/rad", "/rad^2")[order]
-            data[name + suffix] = variable("cam_angle", motion[order], of, unit + per)
+        for suffix, per, values in zip(_MOTIONS, ("", "/rad", "/rad^2"), motion, strict=True):
+            stated.append(Quantity(name + suffix, values, f"{name}{suffix.replace('_', ', ')}", unit + per, "cam_angle"))
     transmission = np.full(len(f.angles), np.nan) if f.transmission is None else f.transmission
-    return data | {"transmission_angle": variable("cam_angle", transmission, "transmission angle", "rad")}
+    return [*stated, Quantity("transmission_angle", transmission, "transmission angle", "rad", "cam_angle")]
 
 
-def _arcs(plan: Plan, f: Findings) -> dict[str, Variable]:
+def _arcs(plan: Plan, f: Findings) -> list[Quantity]:
     arcs: list[tuple[str, str, Arc]] = []
     for name, shape in plan.shapes.items():
         arcs += [(name, "undercut", arc) for arc in shape.undercut] + [(name, "missing", arc) for arc in shape.missing]
         arcs += [(name, "lift-off", arc) for arc in (f.largest.off[name] if f.largest is not None else ())]
-    return {
-        "arc_cam": variable("arc", [name for name, _, _ in arcs], "cam of an arc"),
-        "arc_of": variable("arc", [what for _, what, _ in arcs], "what happens on an arc"),
-        "arc_begin": variable("arc", [arc[0] for _, _, arc in arcs], "begin of an arc", "rad"),
-        "arc_end": variable("arc", [arc[1] for _, _, arc in arcs], "end of an arc", "rad"),
-    }
+    return [
+        Quantity("arc_cam", [name for name, _, _ in arcs], "cam of an arc", "", "arc"),
+        Quantity("arc_of", [what for _, what, _ in arcs], "what happens on an arc", "", "arc"),
+        Quantity("arc_begin", [arc[0] for _, _, arc in arcs], "begin of an arc", "rad", "arc"),
+        Quantity("arc_end", [arc[1] for _, _, arc in arcs], "end of an arc", "rad", "arc"),
+    ]
 
 
-def _to_mill(f: Findings) -> dict[str, Variable]:
+def _to_mill(f: Findings) -> list[Quantity]:
     lists = list(f.to_mill.values())
     counts = [len(points.phi) for points in lists]
     phi = np.concatenate([np.zeros(0), *(points.phi for points in lists)])
     position = np.concatenate([np.zeros(0, complex), *(points.position for points in lists)])
     normal = np.concatenate([np.zeros(0, complex), *(points.normal for points in lists)])
-    return {
-        "mill_cam": variable("mill_point", np.repeat(np.arange(len(lists)), counts), "number of the cam, from 0"),
-        "mill_angle": variable("mill_point", phi, "cam angle of a point to mill", "rad"),
-        "mill_x": variable("mill_point", position.real, "point to mill, x", "m"),
-        "mill_y": variable("mill_point", position.imag, "point to mill, y", "m"),
-        "mill_normal_x": variable("mill_point", normal.real, "outward normal there, x"),
-        "mill_normal_y": variable("mill_point", normal.imag, "outward normal there, y"),
-    }
+    return [
+        Quantity("mill_cam", np.repeat(np.arange(len(lists)), counts), "number of the cam, from 0", "", "mill_point"),
+        Quantity("mill_angle", phi, "cam angle of a point to mill", "rad", "mill_point"),
+        Quantity("mill_x", position.real, "point to mill, x", "m", "mill_point"),
+        Quantity("mill_y", position.imag, "point to mill, y", "m", "mill_point"),
+        Quantity("mill_normal_x", normal.real, "outward normal there, x", "", "mill_point"),
+        Quantity("mill_normal_y", normal.imag, "outward normal there, y", "", "mill_point"),
+    ]
 
 
-def _layout(plan: Plan) -> dict[str, Variable]:
+def _layout(plan: Plan) -> list[Quantity]:
     follower, permitted, spec = plan.drive.follower, plan.spec.permitted, plan.spec
     drawn = Outline() if follower is None else follower.outline(plan.lever)
     radii = [math.nan if cam.roller_radius is None else cam.roller_radius for cam in plan.cams.values()]
     limits = (permitted.pressure_angle, permitted.least_radius, permitted.contact_pressure) if permitted else (None,) * 3
-    return {
-        "roller_radius": variable("cam", radii, "radius of the roller", "m"),
-        "base_radius": variable("cam", [shape.base.value for shape in plan.shapes.values()], "radius of the base circle", "m"),
-        "pivot": variable("", drawn.pivot, "pivot of the lever, x", "m"),
-        "rod_offset": variable("", drawn.rod_offset, "offset of the rod", "m"),
-        "face_from": variable("", drawn.face_from, "least y at which the face is touched", "m"),
-        "face_to": variable("", drawn.face_to, "greatest y at which the face is touched", "m"),
-        "face_at": variable("", drawn.face_at, "face, x", "m"),
-        "permitted_pressure_angle": variable("", limits[0], "permitted pressure angle", "rad"),
-        "common_pressure_angle": variable("", COMMON[plan.unit], "common pressure angle, at most", "rad"),
-        "permitted_radius": variable("", limits[1], "permitted radius of curvature", "m"),
-        "permitted_contact_pressure": variable("", limits[2], "permitted contact pressure", "Pa"),
-        "wheel_radius": variable("", spec.wheel_radius, "radius of the grinding wheel", "m"),
-    }
+    return [
+        Quantity("roller_radius", radii, "radius of the roller", "m", "cam"),
+        Quantity("base_radius", [shape.base.value for shape in plan.shapes.values()], "radius of the base circle", "m", "cam"),
+        Quantity("pivot", drawn.pivot, "pivot of the lever, x", "m", ""),
+        Quantity("rod_offset", drawn.rod_offset, "offset of the rod", "m", ""),
+        Quantity("face_from", drawn.face_from, "least y at which the face is touched", "m", ""),
+        Quantity("face_to", drawn.face_to, "greatest y at which the face is touched", "m", ""),
+        Quantity("face_at", drawn.face_at, "face, x", "m", ""),
+        Quantity("permitted_pressure_angle", limits[0], "permitted pressure angle", "rad", ""),
+        Quantity("common_pressure_angle", COMMON[plan.unit], "common pressure angle, at most", "rad", ""),
+        Quantity("permitted_radius", limits[1], "permitted radius of curvature", "m", ""),
+        Quantity("permitted_contact_pressure", limits[2], "permitted contact pressure", "Pa", ""),
+        Quantity("wheel_radius", spec.wheel_radius, "radius of the grinding wheel", "m", ""),
+    ]
 
 
-def _summary(plan: Plan, f: Findings, outcome: str, sentence: str) -> dict[str, Any]:
+def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
     convex = [s.convex.radius for s in plan.shapes.values() if s.convex is not None]
     hollow = [s.hollow.radius for s in plan.shapes.values() if s.hollow is not None]
-    follower = plan.drive.follower
-    return {
-        "sentence": sentence,
-        "outcome": outcome,
-        "follower": None if follower is None else follower.kind,
-        "clockwise": follower is not None and follower.clockwise,
-        "min_curvature_radius": min(convex, default=None),
-        "min_hollow_radius": min(hollow, default=None),
-        "max_pressure_angle": largest_pressure_angle(plan.shapes.values()).value,
-        "undercut": not plan.whole,
-        "base_radius": plan.shapes["cam"].base.value,
-        "largest_radius": plan.shapes["cam"].blank.value,
-        "cams": {name: _of_cam(shape, name, f) for name, shape in plan.shapes.items()},
-        "min_transmission_angle": None if f.transmission is None else float(f.transmission.min()),
-        "corrected": _shaft(plan),
-        "chord_tolerance": plan.spec.chord_tolerance,
-        "spacing": plan.spec.spacing,
-        "decimals": plan.spec.decimals,
-        "contact": _contact(plan, f.largest),
-        "smallest": None if plan.smallest is None else plan.smallest.summary(),
-    }
+    follower, cam, spec = plan.drive.follower, plan.shapes["cam"], plan.spec
+    transmission = None if f.transmission is None else float(f.transmission.min())
+    smallest, pressure_angle = plan.smallest and plan.smallest.summary(), largest_pressure_angle(plan.shapes.values()).value
+    preload = {"least_preload": ("least preload that keeps contact", "N m" if plan.unit == "rad" else "N")}
+    return [
+        Quantity("outcome", outcome, "outcome"),
+        Quantity("follower", follower and follower.kind, "kind of follower"),
+        Quantity("clockwise", follower is not None and follower.clockwise, "whether the cam turns clockwise"),
+        Quantity("min_curvature_radius", min(convex, default=None), "least radius where it bulges", "m", headline=True),
+        Quantity("min_hollow_radius", min(hollow, default=None), "least radius where it is hollow", "m"),
+        Quantity("max_pressure_angle", pressure_angle, "largest pressure angle", "rad", headline=True),
+        Quantity("undercut", not plan.whole, "whether the follower cuts off parts of the contour"),
+        Quantity("base_radius", cam.base.value, "radius of the base circle", "m", headline=True),
+        Quantity("largest_radius", cam.blank.value, "largest radius of the contour", "m", headline=True),
+        Quantity("cams", {n: _of_cam(shape, n, f) for n, shape in plan.shapes.items()}, "each cam", parts=_OF_CAM),
+        Quantity("min_transmission_angle", transmission, "least transmission angle of the linkage", "rad"),
+        Quantity("corrected", _shaft(plan), "speed of the shaft for which the cam is corrected", "rad/s"),
+        Quantity("chord_tolerance", spec.chord_tolerance, "largest distance of chords between points to mill", "m"),
+        Quantity("spacing", spec.spacing, "distance of points to mill", "m"),
+        Quantity("decimals", spec.decimals, "decimals of the points to mill"),
+        Quantity("contact", _contact(plan, f.largest), "largest values of the contact", parts=_OF_CONTACT | preload),
+        Quantity("smallest", smallest, "smallest cam that keeps what is permitted"),
+    ]
+
+
+_OF_CAM = {
+    "min_curvature": ("least radius where it bulges", ""),
+    "min_hollow": ("least radius where it is hollow", ""),
+    "largest_wheel": ("largest wheel that grinds it", ""),
+    "radius": ("radius", "m"),
+    "at": ("cam angle", "rad"),
+    "largest_roller": ("largest roller without undercut", "m"),
+    "max_pressure_angle": ("largest pressure angle", ""),
+    "angle": ("angle", "rad"),
+    "base_radius": ("radius of the base circle", "m"),
+    "largest_radius": ("largest radius of the contour", "m"),
+    "undercut": ("arcs that are cut off", "rad"),
+    "missing": ("arcs without a contour", "rad"),
+    "points_to_mill": ("number of points to mill", ""),
+}
+_OF_CONTACT = {
+    "mean_speed": ("mean speed of the camshaft", "rad/s"),
+    "max_force": ("largest contact force of each cam", "N"),
+    "max_pressure": ("largest contact pressure of each cam", "Pa"),
+    "max_torque": ("largest torque of the camshaft", "N m"),
+    "at": ("cam angle", "rad"),
+    "lift_off": ("arcs without contact", "rad"),
+}
 
 
 def _of_cam(shape: Shape, name: str, f: Findings) -> dict[str, Any]:

@@ -55,7 +55,6 @@ class CamContour(Spec):
     solves: ClassVar[str] = "rigid parts; forces at the speed of study.speed, or of the table [speed]"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "curvature"), ("cam_angle", "pressure_angle"))
-    headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle", "base_radius", "largest_radius")
 
     points: Whole = Field(
         720, ge=16, le=1_000_000, description="number of cam angles, evenly spaced over a turn, at which the contour is given"
