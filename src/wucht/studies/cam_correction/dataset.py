@@ -13,7 +13,7 @@ from wucht.cams.shape import COMMON, Shape, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_residual import LeftOutOrder
 from wucht.numerics.harmonics import Harmonics
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.cam_correction.cleanliness import left_by_left_out, sentence
 from wucht.studies.cam_correction.prepare import Plan, explained
 from wucht.studies.cam_correction.run import Contour, Findings, Proof
@@ -27,53 +27,31 @@ VERSIONS = ("original", "corrected")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a correction. The unit of the output is rad or m; contours in the plane that turns with the cam.
-
-    Coordinates: version (``original``, ``corrected``: the cam), tau (T, time as an angle), cam_angle (N), order (K, from 1),
-    speed_order (from 1), cam (``cam``, ``counter``, ``outer``; without a follower none), residual (in words).
-    Over tau: time, shaft_angle, shaft_speed; output_over_time, acceleration (version, tau).
-    Of the acceleration: cosine, sine, amplitude (version, order); recovered, rounded (cam, order): from the points of the
-    corrected cam, and from these rounded as the list for the workshop. Of the speed: speed_cosine, speed_sine, speed_amplitude;
-    of a record their standard errors speed_cosine_error, speed_sine_error, speed_error, and the orders that are not corrected
-    for, left_out_amplitude, left_out_error (left_out_order).
-    The cam table: output, output_velocity, output_acceleration, output_jerk (version, cam_angle), derivatives by the cam angle;
-    likewise follower, which without a linkage is the same.
-    Contours: contour_x, contour_y, normal_x, normal_y (away from the centre), curvature, pressure_angle, uncut (1: straight, 0:
-    an edge) (version, cam, cam_angle); moved (cam, cam_angle): the corrected contour, outwards from the original one;
-    least_radius, hollow_radius, largest_roller, base_radius (version, cam); at cam angle 0 follower_x, follower_y,
-    roller_radius (cam; NaN of a flat face); common_pressure_angle.
-    share (residual). measured_acceleration (tau): of the orders fitted; sample_tau, sample_acceleration (sample): some of the
-    record's samples; measured_amplitude, computed_amplitude (order). NaN, or no samples, without a record.
-    """
-    import xarray as xr_
-
-    f, u = findings, plan.unit
-    pairs = "version tau"
-    data = {
-        "time": variable("tau", f.tau / plan.shaft.mean, "time", "s"),
-        "shaft_angle": variable("tau", plan.shaft.angle(f.tau), "angle of the camshaft", "rad"),
-        "shaft_speed": variable("tau", plan.shaft.speed(f.tau), "speed of the camshaft", "rad/s"),
-        "output_over_time": variable(pairs, f.output, "motion of the output", u),
-        "acceleration": variable(pairs, f.acceleration, "acceleration of the output", f"{u}/s^2"),
-        "share": variable("residual", [r.share for r in f.residuals], "what is left, as a share"),
-        **_tables(plan, f),
-        **_orders(plan, f),
-        **_speed(plan),
-        **_contours(plan, f),
-        **_measured(plan, f),
-    }
-    coordinates = {
-        "version": variable("version", list(VERSIONS), "cam"),
-        "tau": variable("tau", f.tau, "time as an angle, omega t", "rad"),
-        "cam_angle": variable("cam_angle", f.angles, "cam angle", "rad"),
-        "order": variable("order", np.arange(1, _count(plan) + 1), "order"),
-        "speed_order": variable("speed_order", np.arange(1, plan.shaft.speed.count + 1), "order of the speed"),
-        "left_out_order": variable("left_out_order", [o.order for o in _left_out(plan)], "order of the speed left out"),
-        "cam": variable("cam", np.array(list(plan.after), dtype=str), "cam"),
-        "residual": variable("residual", [r.what for r in f.residuals], "what is not as the cam was made for"),
-    }
-    summary = _summary(plan, findings)
-    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, summary["sentence"], findings.notes)
+    """The Dataset of a correction; contours in the plane that turns with the cam, what does not apply is not a number."""
+    f, u, pairs = findings, plan.unit, "version tau"
+    shares = [{"what": r.what, "share": r.share} for r in f.residuals]
+    quantities = [
+        Quantity("version", list(VERSIONS), "cam", "", "version"),
+        Quantity("tau", f.tau, "time as an angle, omega t", "rad", "tau"),
+        Quantity("cam_angle", f.angles, "cam angle", "rad", "cam_angle"),
+        Quantity("order", np.arange(1, _count(plan) + 1), "order", "", "order"),
+        Quantity("cam", np.array(list(plan.after), dtype=str), "cam", "", "cam"),
+        Quantity("time", f.tau / plan.shaft.mean, "time", "s", "tau"),
+        Quantity("shaft_angle", plan.shaft.angle(f.tau), "angle of the camshaft", "rad", "tau"),
+        Quantity("shaft_speed", plan.shaft.speed(f.tau), "speed of the camshaft", "rad/s", "tau"),
+        Quantity("output_over_time", f.output, "motion of the output", u, pairs),
+        Quantity("acceleration", f.acceleration, "acceleration of the output", f"{u}/s^2", pairs),
+        Quantity("residual", [r.what for r in f.residuals], "what is not as the cam was made for", "", "residual"),
+        Quantity("share", [r.share for r in f.residuals], "what is left, as a share", "", "residual"),
+        *table("residuals", shares, "what is left", {"what": ("what it is of", ""), "share": ("share", "")}),
+        *_tables(plan, f),
+        *_orders(plan, f),
+        *_speed(plan),
+        *_contours(plan, f),
+        *_measured(plan, f),
+        *_summary(plan, f),
+    ]
+    return answer(quantities, sentence(plan, f), f.notes)
 
 
 def _count(plan: Plan) -> int:
@@ -85,19 +63,19 @@ def _padded(values: np.ndarray, count: int) -> np.ndarray:
     return np.append(values[:count], np.full(max(0, count - len(values)), np.nan))
 
 
-def _tables(plan: Plan, f: Findings) -> dict[str, Variable]:
+def _tables(plan: Plan, f: Findings) -> list[Quantity]:
     made = (
         ("output", plan.unit, "motion of the output", f.table),
         ("follower", plan.lever_unit, "motion of the follower", f.lever),
     )
-    return {
-        name + suffix: variable("version cam_angle", [t[k] for t in both], what + suffix.replace("_", ", "), unit + _PER[k])
+    return [
+        Quantity(name + suffix, [t[k] for t in both], what + suffix.replace("_", ", "), unit + per, "version cam_angle")
         for name, unit, what, both in made
-        for k, suffix in enumerate(_NAMES)
-    }
+        for k, (suffix, per) in enumerate(zip(_NAMES, _PER, strict=True))
+    ]
 
 
-def _orders(plan: Plan, f: Findings) -> dict[str, Variable]:
+def _orders(plan: Plan, f: Findings) -> list[Quantity]:
     count, scale, unit = _count(plan), plan.shaft.mean**2, f"{plan.unit}/s^2"
 
     def both(of: Callable[[Harmonics], np.ndarray]) -> list[np.ndarray]:
@@ -108,38 +86,40 @@ def _orders(plan: Plan, f: Findings) -> dict[str, Variable]:
         return np.array(rows).reshape(-1, count)
 
     along = "version order"
-    return {
-        "cosine": variable(along, both(lambda s: s.cosine), "cosine coefficient of the acceleration", unit),
-        "sine": variable(along, both(lambda s: s.sine), "sine coefficient of the acceleration", unit),
-        "amplitude": variable(along, both(lambda s: s.amplitudes), "acceleration, amplitude", unit),
-        "recovered": variable("cam order", by_cam(lambda p: p.recovered), "acceleration from the points, amplitude", unit),
-        "rounded": variable("cam order", by_cam(lambda p: p.rounded), "acceleration from rounded points, amplitude", unit),
-    }
+    return [
+        Quantity("cosine", both(lambda s: s.cosine), "cosine coefficient of the acceleration", unit, along),
+        Quantity("sine", both(lambda s: s.sine), "sine coefficient of the acceleration", unit, along),
+        Quantity("amplitude", both(lambda s: s.amplitudes), "acceleration, amplitude", unit, along),
+        Quantity("recovered", by_cam(lambda p: p.recovered), "acceleration from the points, amplitude", unit, "cam order"),
+        Quantity("rounded", by_cam(lambda p: p.rounded), "acceleration from rounded points, amplitude", unit, "cam order"),
+    ]
 
 
 def _left_out(plan: Plan) -> tuple[LeftOutOrder, ...]:
     return plan.fit.left_out if plan.fit is not None else ()
 
 
-def _speed(plan: Plan) -> dict[str, Variable]:
+def _speed(plan: Plan) -> list[Quantity]:
     speed, fit, left = plan.shaft.speed, plan.fit, _left_out(plan)
     errors = np.full((3, speed.count), np.nan)
     if fit is not None:
         errors[:, np.array(fit.orders) - 1] = [*np.split(fit.standard_errors[1:], 2), fit.amplitude_errors]
     along, others, error = "speed_order", "left_out_order", "standard error of the"
-    return {
-        "speed_cosine": variable(along, speed.cosine, "cosine coefficient of the speed", "rad/s"),
-        "speed_sine": variable(along, speed.sine, "sine coefficient of the speed", "rad/s"),
-        "speed_amplitude": variable(along, speed.amplitudes, "speed, amplitude", "rad/s"),
-        "speed_cosine_error": variable(along, errors[0], f"{error} cosine coefficient", "rad/s"),
-        "speed_sine_error": variable(along, errors[1], f"{error} sine coefficient", "rad/s"),
-        "speed_error": variable(along, errors[2], f"{error} amplitude", "rad/s"),
-        "left_out_amplitude": variable(others, [o.amplitude for o in left], "speed left out, amplitude", "rad/s"),
-        "left_out_error": variable(others, [o.error for o in left], f"{error} amplitude left out", "rad/s"),
-    }
+    return [
+        Quantity("speed_order", np.arange(1, speed.count + 1), "order of the speed", "", along),
+        Quantity("left_out_order", [o.order for o in left], "order of the speed left out", "", others),
+        Quantity("speed_cosine", speed.cosine, "cosine coefficient of the speed", "rad/s", along),
+        Quantity("speed_sine", speed.sine, "sine coefficient of the speed", "rad/s", along),
+        Quantity("speed_amplitude", speed.amplitudes, "speed, amplitude", "rad/s", along),
+        Quantity("speed_cosine_error", errors[0], f"{error} cosine coefficient", "rad/s", along),
+        Quantity("speed_sine_error", errors[1], f"{error} sine coefficient", "rad/s", along),
+        Quantity("speed_error", errors[2], f"{error} amplitude", "rad/s", along),
+        Quantity("left_out_amplitude", [o.amplitude for o in left], "speed left out, amplitude", "rad/s", others),
+        Quantity("left_out_error", [o.error for o in left], f"{error} amplitude left out", "rad/s", others),
+    ]
 
 
-def _contours(plan: Plan, f: Findings) -> dict[str, Variable]:
+def _contours(plan: Plan, f: Findings) -> list[Quantity]:
     shape = (len(VERSIONS), len(plan.after))
 
     def over_turn(of: Callable[[Contour], np.ndarray]) -> np.ndarray:
@@ -153,77 +133,115 @@ def _contours(plan: Plan, f: Findings) -> dict[str, Variable]:
 
     places = [complex(cam.follower.place(cam.law(0.0))) for cam in plan.after.values()]
     radii = [math.nan if cam.roller_radius is None else cam.roller_radius for cam in plan.after.values()]
+    roller = once(lambda c: c.shape.largest_roller or math.nan)
     along, each = "version cam cam_angle", "version cam"
-    return {
-        "contour_x": variable(along, over_turn(lambda c: c.points.real), "contour, x", "m"),
-        "contour_y": variable(along, over_turn(lambda c: c.points.imag), "contour, y", "m"),
-        "normal_x": variable(along, over_turn(lambda c: c.normals.real), "normal, x"),
-        "normal_y": variable(along, over_turn(lambda c: c.normals.imag), "normal, y"),
-        "curvature": variable(along, over_turn(lambda c: c.curvature), "curvature of the contour", "1/m"),
-        "pressure_angle": variable(along, over_turn(lambda c: c.pressure_angle), "pressure angle", "rad"),
-        "uncut": variable(along, over_turn(lambda c: c.uncut), "what the roller leaves, 0: an edge"),
-        "moved": variable("cam cam_angle", over_turn(lambda c: c.moved)[1], "corrected contour, outwards", "m"),
-        "least_radius": variable(each, radius(lambda s: s.convex), "least radius of curvature, convex", "m"),
-        "hollow_radius": variable(each, radius(lambda s: s.hollow), "least radius of curvature, hollow", "m"),
-        "largest_roller": variable(
-            each, once(lambda c: c.shape.largest_roller or math.nan), "largest roller that cuts nothing away", "m"
+    return [
+        Quantity("contour_x", over_turn(lambda c: c.points.real), "contour, x", "m", along),
+        Quantity("contour_y", over_turn(lambda c: c.points.imag), "contour, y", "m", along),
+        Quantity("normal_x", over_turn(lambda c: c.normals.real), "normal, x", "", along),
+        Quantity("normal_y", over_turn(lambda c: c.normals.imag), "normal, y", "", along),
+        Quantity("curvature", over_turn(lambda c: c.curvature), "curvature of the contour", "1/m", along),
+        Quantity("pressure_angle", over_turn(lambda c: c.pressure_angle), "pressure angle", "rad", along),
+        Quantity("uncut", over_turn(lambda c: c.uncut), "what the roller leaves, 0: an edge", "", along),
+        Quantity("moved", over_turn(lambda c: c.moved)[1], "corrected contour, outwards", "m", "cam cam_angle"),
+        Quantity("least_radius", radius(lambda s: s.convex), "least radius of curvature, convex", "m", each),
+        Quantity("hollow_radius", radius(lambda s: s.hollow), "least radius of curvature, hollow", "m", each),
+        Quantity(
+            "largest_roller",
+            once(lambda c: c.shape.largest_roller or math.nan),
+            "largest roller that cuts nothing away",
+            "m",
+            each,
         ),
-        "base_radius": variable(each, once(lambda c: c.shape.base.value), "least radius of the contour", "m"),
-        "common_pressure_angle": variable("", COMMON[plan.lever_unit], "common pressure angle, at most", "rad"),
-        "follower_x": variable("cam", np.array([p.real for p in places], float), "roller or face at cam angle 0, x", "m"),
-        "follower_y": variable("cam", np.array([p.imag for p in places], float), "roller or face at cam angle 0, y", "m"),
-        "roller_radius": variable("cam", np.array(radii, float), "radius of the roller", "m"),
-    }
+        Quantity("base_radius", once(lambda c: c.shape.base.value), "least radius of the contour", "m", each),
+        Quantity("common_pressure_angle", COMMON[plan.lever_unit], "common pressure angle, at most", "rad", ""),
+        Quantity("follower_x", np.array([p.real for p in places], float), "roller or face at cam angle 0, x", "m", "cam"),
+        Quantity("follower_y", np.array([p.imag for p in places], float), "roller or face at cam angle 0, y", "m", "cam"),
+        Quantity("roller_radius", np.array(radii, float), "radius of the roller", "m", "cam"),
+    ]
 
 
-def _measured(plan: Plan, f: Findings) -> dict[str, Variable]:
+def _measured(plan: Plan, f: Findings) -> list[Quantity]:
     count, unit, none = _count(plan), f"{plan.unit}/s^2", Harmonics.of(math.nan)
     comparison = plan.measured.comparison if plan.measured is not None else None
     seen, computed = (comparison.measured, comparison.computed) if comparison is not None else (none, none)
     over_time = seen(f.tau) - seen.mean if seen.count else f.tau + math.nan
-    return {
-        "measured_acceleration": variable("tau", over_time, "measured acceleration, orders fitted", unit),
-        "sample_tau": variable("sample", f.samples[0], "time of a sample within a turn, as an angle", "rad"),
-        "sample_acceleration": variable("sample", f.samples[1], "measured acceleration, samples", unit),
-        "measured_amplitude": variable("order", _padded(seen.amplitudes, count), "measured acceleration, amplitude", unit),
-        "computed_amplitude": variable("order", _padded(computed.amplitudes, count), "computed acceleration, amplitude", unit),
-    }
+    return [
+        Quantity("measured_acceleration", over_time, "measured acceleration, orders fitted", unit, "tau"),
+        Quantity("sample_tau", f.samples[0], "time of a sample within a turn, as an angle", "rad", "sample"),
+        Quantity("sample_acceleration", f.samples[1], "measured acceleration, samples", unit, "sample"),
+        Quantity("measured_amplitude", _padded(seen.amplitudes, count), "measured acceleration, amplitude", unit, "order"),
+        Quantity("computed_amplitude", _padded(computed.amplitudes, count), "computed acceleration, amplitude", unit, "order"),
+    ]
 
 
-def _summary(plan: Plan, f: Findings) -> dict[str, Any]:
-    scale, shaft = plan.shaft.mean**2, plan.shaft
-    shown = max(plan.orders, plan.purity.count or 0)
-    rows = [(scale * s.amplitudes[:shown]).tolist() for s in f.spectrum]
-    contours = f.contours[1]
-    found = [c.shape for c in contours.values()]
-    return {
-        "sentence": sentence(plan, f),
-        "unit": plan.unit,
-        "harmonics": plan.purity.count,
-        "reference_order": plan.purity.reference,
-        "orders_before": rows[0],
-        "orders_after": rows[1],
-        "before": f.impurity[0],
-        "after": f.impurity[1],
-        "recovered": _shares(plan, {name: proof.recovered for name, proof in f.proofs.items()}),
-        "rounded": _shares(plan, {name: proof.rounded for name, proof in f.proofs.items()}),
-        "points": plan.spec.points,
-        "decimals": plan.spec.decimals,
-        "peak_before": float(np.abs(f.acceleration[0]).max()),
-        "peak_after": float(np.abs(f.acceleration[1]).max()),
-        "mean_speed": shaft.mean,
-        "period": 2 * math.pi / shaft.mean,
-        "fluctuation": shaft.fluctuation,
-        "min_speed": shaft.speed.bounds[0],
-        "max_speed": shaft.speed.bounds[1],
-        "residuals": [{"what": r.what, "share": r.share} for r in f.residuals],
-        "record": _record(plan, f),
-        "min_curvature_radius": min((s.convex.radius for s in found if s.convex is not None), default=None),
-        "max_pressure_angle": largest_pressure_angle(found).value if found else None,
-        "undercut": False if contours else None,
-        "contours": {name: _of_cam(plan, f, name) for name in contours},
-        "measured": _comparison(plan),
-    }
+def _summary(plan: Plan, f: Findings) -> list[Quantity]:
+    scale, shaft, purity = plan.shaft.mean**2, plan.shaft, plan.purity
+    unit, contours, share = f"{plan.unit}/s^2", f.contours[1], f"above order N over order {plan.purity.reference}"
+    shown = max(plan.orders, purity.count or 0)
+    before, after = ((scale * s.amplitudes[:shown]).tolist() for s in f.spectrum)
+    shapes = [c.shape for c in contours.values()]
+    recovered, rounded = (
+        _shares(plan, {name: getattr(proof, of) for name, proof in f.proofs.items()}) for of in ("recovered", "rounded")
+    )
+    radius = min((s.convex.radius for s in shapes if s.convex is not None), default=None)
+    angle = largest_pressure_angle(shapes).value if shapes else None
+    each = {name: _of_cam(plan, f, name) for name in contours}
+    return [
+        Quantity("unit", plan.unit, "unit of the output"),
+        Quantity("harmonics", purity.count, "number N of harmonics of the law"),
+        Quantity("reference_order", purity.reference, "order with which others are compared"),
+        Quantity("orders_before", before, "amplitudes of the acceleration, original cam", unit),
+        Quantity("orders_after", after, "amplitudes of the acceleration, corrected cam", unit),
+        Quantity("before", f.impurity[0], f"{share}, original cam"),
+        Quantity("after", f.impurity[1], f"{share}, corrected cam"),
+        Quantity("recovered", recovered, f"{share}, from the points of the corrected cam"),
+        Quantity("rounded", rounded, f"{share}, from these points rounded"),
+        Quantity("points", plan.spec.points, "number of points of a contour"),
+        Quantity("decimals", plan.spec.decimals, "decimals of rounded points"),
+        Quantity("peak_before", float(np.abs(f.acceleration[0]).max()), "largest acceleration, original cam", unit),
+        Quantity("peak_after", float(np.abs(f.acceleration[1]).max()), "largest acceleration, corrected cam", unit),
+        Quantity("mean_speed", shaft.mean, "mean speed of the camshaft", "rad/s"),
+        Quantity("period", 2 * math.pi / shaft.mean, "period of a turn", "s"),
+        Quantity("fluctuation", shaft.fluctuation, "fluctuation of the speed, as a share of its mean"),
+        Quantity("min_speed", shaft.speed.bounds[0], "least speed of the camshaft", "rad/s"),
+        Quantity("max_speed", shaft.speed.bounds[1], "greatest speed of the camshaft", "rad/s"),
+        Quantity("record", _record(plan, f), "orders fitted to the record", parts=_OF_RECORD),
+        Quantity("min_curvature_radius", radius, "least radius of curvature of a corrected cam, convex", "m", headline=True),
+        Quantity("max_pressure_angle", angle, "largest pressure angle of a corrected cam", "rad", headline=True),
+        Quantity("undercut", False if contours else None, "whether a follower cuts off parts of a corrected contour"),
+        Quantity("contours", each, "sizes of each cam, original and corrected", parts=_OF_CONTOUR),
+        Quantity("measured", _comparison(plan), "measured acceleration, and how much of it is explained"),
+    ]
+
+
+_OF_RECORD = {
+    "orders": ("orders fitted", ""),
+    "turns": ("number of turns", ""),
+    "samples": ("number of samples", ""),
+    "explained": ("share of the variance that is explained", ""),
+    "residual_rms": ("root mean square of what is left, in the unit of the record", ""),
+    "unit": ("unit of the record", ""),
+    "mean_error": ("standard error of the mean speed", "rad/s"),
+    "zero": ("where the first turn begins", ""),
+    "left_by_errors": ("what the standard errors leave, as a share", ""),
+    "left_by_left_out": ("what the orders left out leave, as a share", ""),
+    "left_out": ("orders that are left out", ""),
+    "amplitude": ("amplitude of the speed", "rad/s"),
+    "error": ("standard error of the amplitude", "rad/s"),
+}
+_OF_CONTOUR = {
+    "max_pressure_angle": ("largest pressure angle", "rad"),
+    "max_pressure_angle_at": ("cam angle there", "rad"),
+    "largest_roller": ("largest roller without undercut", "m"),
+    "min_curvature_radius": ("least radius of curvature, convex", "m"),
+    "min_hollow_radius": ("least radius of curvature, hollow", "m"),
+    "largest_wheel": ("largest wheel that grinds it", "m"),
+    "moved": ("largest distance by which the contour is moved", "m"),
+    "chord": ("largest distance of chords between points", "m"),
+    "missing_before": ("share of a turn without a contour, original cam", ""),
+    "roller_radius": ("radius of the roller", "m"),
+}
 
 
 def _shares(plan: Plan, found: Mapping[str, Harmonics | None]) -> dict[str, float]:

@@ -43,7 +43,6 @@ class CamCorrection(Spec):
     solves: ClassVar[str] = "rigid parts; the camshaft turns as its table [speed] says"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "moved"), ("cam_angle", "pressure_angle"))
-    headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle")
 
     points: Whole = Field(1440, ge=36, le=20_000, description=(
         "number of cam angles, evenly spaced over a turn, at which cam table and contours are given"
