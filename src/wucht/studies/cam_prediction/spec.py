@@ -16,7 +16,6 @@ class CamPrediction(Spec):
     kind: ClassVar[str] = "cam-prediction"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("tau", "speed"), ("tau", "drive_torque"))
-    headline: ClassVar[tuple[str, ...]] = ("fluctuation", "mean_power")
 
     points: Whole = Field(720, ge=16, le=100_000, description="number of points over the time and the cam angle of a turn")
     orders: Whole = Field(20, ge=1, le=200, description=(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from wucht.cams.prediction import unresolved
+from wucht.results.quantities import Quantity
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST, Twists
 from wucht.studies.cam_prediction.prepare import Plan
@@ -56,6 +58,61 @@ def summary(plan: Plan, f: Findings) -> dict[str, Any]:
     if f.twists is not None:
         found["shaft"] = [asdict(c) for c in f.twists.cams]
     return found
+
+
+_STATED = {  # what each number of the summary is, its unit, and what its parts are
+    "unit": ("unit of the output", "", ""),
+    "harmonics": ("number N of harmonics of the law", "", ""),
+    "inertia_ratio": ("largest inertia of the output over that of the shaft", "", ""),
+    "inertia_ratio_limit": ("largest inertia ratio with a corrected cam without a drive", "", ""),
+    "driven": ("what drives the shaft", "", ""),
+    "mean_speed": ("mean speed of the shaft, original cam", "rad/s", ""),
+    "fluctuation": ("fluctuation of the speed as a share of its mean, original cam", "", ""),
+    "speed_orders": ("amplitudes of the speed, original cam", "rad/s", ""),
+    "mean_power": ("mean power of the drive, original cam", "W", ""),
+    "eigenmotion": ("motion at this mean speed without drive and loads", "", "turning"),
+    "corrected": ("the same with the corrected cam", "", "turning"),
+    "above": ("largest order of the output's acceleration above N over order 1", "", ""),
+    "left_after_a_turn": ("share of a disturbance of the energy that is left after a turn", "", ""),
+    "power": ("power of the drive", "W", ""),
+    "power_saved": ("power that the corrected cam saves against constant speed", "W", ""),
+    "cut_residuals": ("what is left above N where cams are cut by measurement, one after another", "", ""),
+    "contraction": ("share of it that each further cam leaves", "", ""),
+    "simulation": ("turns simulated, and how far the speed departs from the prediction", "", ""),
+    "output": ("elastic output", "", "output"),
+    "shaft": ("elastic shaft, each cam", "", "shaft"),
+}  # fmt: skip
+_PARTS: dict[str, dict[str, tuple[str, str]]] = {
+    "turning": {
+        "mean_speed": ("mean speed of the shaft", "rad/s"),
+        "fluctuation": ("fluctuation of the speed as a share of its mean", ""),
+        "speed_orders": ("amplitudes of the speed", "rad/s"),
+        "mean_power": ("mean power of the drive", "W"),
+        "period": ("period of a turn", "s"),
+        "energy": ("energy of the motion", "J"),
+        "speed": ("coefficients of the speed", "rad/s"),
+    },
+    "output": {
+        "natural_frequency": ("natural frequency", "rad/s"),
+        "damping_ratio": ("damping ratio", ""),
+        "excited": ("what each motion of the lever leaves in the dwell", ""),
+    },
+    "shaft": {
+        "above": ("largest order above N over order 1", ""),
+        "torque": ("largest torque in the shaft", "N m"),
+        "twist": ("largest twist", "rad"),
+    },
+}
+
+
+def stated(numbers: Mapping[str, Any]) -> list[Quantity]:
+    """The numbers of the summary as quantities."""
+    first = ("fluctuation", "mean_power")
+    return [
+        Quantity(name, value, what, unit, parts=_PARTS.get(parts, {}), headline=name in first)
+        for name, value in numbers.items()
+        for what, unit, parts in [_STATED[name]]
+    ]
 
 
 def _turning(one: Turning, power: dict[str, float]) -> dict[str, Any]:
