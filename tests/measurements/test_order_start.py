@@ -13,6 +13,8 @@ def test_block_means():
     times, values = block_means(t, t**2, 3.0)
     assert times.tolist() == [1, 4, 7]
     assert values.tolist() == [5 / 3, 50 / 3, 149 / 3]
+    times, values = block_means(t, t**2, 2.0)
+    assert (times.tolist(), values.tolist()) == ([0.5, 2.5, 4.5, 6.5, 8.5], [0.5, 6.5, 20.5, 42.5, 72.5])
     same = block_means(t, t**2, 1.5)
     assert same[0] is t, "one sample a block"
 

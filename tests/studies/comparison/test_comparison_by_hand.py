@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 from tests.hand_made import answered, drawn, variable
 from tests.refusals import refused
 
+import wucht
 from wucht.errors import InputError
 from wucht.plots.style import GREY, line_style
 from wucht.studies.comparison.spec import Comparison
@@ -212,3 +214,18 @@ def test_results_that_cannot_be_compared(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("wucht.studies.comparison.variants.load", lambda _: made.assign_attrs(study="sweeep"))
     with pytest.raises(InputError, match=r"^c\.nc: study\.kind: given 'sweeep'"):
         read_comparison(["c.nc", "d.nc"])
+
+
+@pytest.mark.parametrize("of", [["A", "  "], ["A", ""], [], "A"])
+def test_blank_names_are_not_compared(of: Any) -> None:
+    with refused("study.of", "catalogue names"):
+        Comparison(of=of)
+
+
+def test_a_comparison_begins_anew_unless_it_is_to_resume(tmp_path: Path) -> None:
+    short = {"study.until": "0.05 s"}
+    wucht.compare(["drozdetskaya-2020/r1"], short, {"p1.damping": ["0.1 N m s", "0.2 N m s"]}, folder=tmp_path)
+    other = wucht.compare(["drozdetskaya-2020/r1"], short, {"p2.damping": ["0.1 N m s", "0.2 N m s"]}, folder=tmp_path)
+    assert list(other.wucht.summary["varied"]) == ["p2.damping"]
+    with refused("--resume"):
+        wucht.compare(["drozdetskaya-2020/r1"], short, {"p1.damping": ["0.2 N m s", "0.3 N m s"]}, folder=tmp_path, resume=True)
