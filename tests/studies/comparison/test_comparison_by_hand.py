@@ -227,5 +227,5 @@ def test_a_comparison_begins_anew_unless_it_is_to_resume(tmp_path: Path) -> None
     wucht.compare(["drozdetskaya-2020/r1"], short, {"p1.damping": ["0.1 N m s", "0.2 N m s"]}, folder=tmp_path)
     other = wucht.compare(["drozdetskaya-2020/r1"], short, {"p2.damping": ["0.1 N m s", "0.2 N m s"]}, folder=tmp_path)
     assert list(other.wucht.summary["varied"]) == ["p2.damping"]
-    with refused("--resume"):
+    with refused("--resume", code="other-question"):
         wucht.compare(["drozdetskaya-2020/r1"], short, {"p1.damping": ["0.2 N m s", "0.3 N m s"]}, folder=tmp_path, resume=True)
