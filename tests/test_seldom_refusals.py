@@ -33,7 +33,7 @@ from wucht.results import provenance
 from wucht.results.integrity import check_attributes
 from wucht.results.store import prepare_folder
 from wucht.studies import memory
-from wucht.studies.cam_prediction import run as prediction_run
+from wucht.studies.cam_prediction import computation as prediction_run
 from wucht.studies.fingerprints import _text
 from wucht.studies.registry import Study
 from wucht.studies.subjects import MACHINE, OfMachineOrSystem

@@ -14,8 +14,7 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import FOLDER, names
-from wucht.studies.question_differences import untitled
-from wucht.studies.resuming import question_of
+from wucht.studies.resuming import question_of, untitled
 from wucht.studies.study_file import read_study, run_file
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"

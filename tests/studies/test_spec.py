@@ -8,7 +8,7 @@ import pytest
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.response.prepare import prepare
+from wucht.studies.response.computation import prepare
 from wucht.studies.response.spec import Response
 from wucht.studies.run_up.computation import prepare as prepare_run_up
 from wucht.studies.run_up.spec import RunUp

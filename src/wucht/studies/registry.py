@@ -8,6 +8,7 @@ package, one of the module's name beside it, or a text ``template``; without any
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -15,13 +16,13 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.util import find_spec
+from textwrap import wrap
 from types import ModuleType
 from typing import Any
 
 from wucht.errors import InputError, WuchtError
-from wucht.schema import choice
+from wucht.schema import Key, choice, keys_of
 from wucht.studies.spec import Spec
-from wucht.studies.templates import template_from_keys
 
 GROUP = "wucht.studies"
 _FUNCTIONS = ("prepare", "run", "dataset", "figure", "report")
@@ -165,3 +166,28 @@ def asked_study(table: Mapping[str, Any]) -> Study:
     """The study that a table ``[study]`` asks for. Raises ``InputError`` with the nearest known one."""
     known = studies()
     return known[choice(table, "kind", "study", known)]
+
+
+_MACHINE = """[machine]
+use = "practice/laundry-drum"    # a name from `wucht list`, a file, or the tables of a machine of your own
+
+"""
+
+
+def template_from_keys(spec: type[Spec]) -> str:
+    """A commented study file: all keys of a spec, those that may be left out behind ``#``."""
+    heading = wrap(" ".join((spec.__doc__ or spec.kind).split("\n\n")[0].split()), 126)
+    lines = ["A study file of wucht. Run it:   wucht run THIS-FILE -o results", *heading]
+    machine = _MACHINE if spec.subject == Spec.subject else ""
+    keys = "\n".join(_line(key) for key in keys_of(spec))
+    return "".join(f"# {line}\n" for line in lines) + f'title = "My study"\n\n{machine}[study]\nkind = "{spec.kind}"\n{keys}\n'
+
+
+def _line(key: Key) -> str:
+    value = "..." if key.default is None else _toml(key.default)
+    texts = (key.what.replace("`", ""), key.unit and f"in {key.unit}", key.allowed, "needed" if key.needed else "")
+    return f"# {f'{key.name} = {value}':30} # {'; '.join(filter(None, texts))}"
+
+
+def _toml(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)

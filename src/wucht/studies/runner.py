@@ -29,9 +29,8 @@ from wucht.results.store import RESULT, prepare_folder, return_free_memory, save
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
-from wucht.studies.question_differences import untitled
 from wucht.studies.registry import Study, studies, study_of
-from wucht.studies.resuming import earlier, question_of
+from wucht.studies.resuming import earlier, question_of, untitled
 from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description, subject_of

@@ -14,7 +14,7 @@ from interrupting import assert_same, stop_at, stopped_often
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.studies.activation.prepare import prepare
+from wucht.studies.activation.computation import prepare
 from wucht.studies.activation.spec import Activation
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report

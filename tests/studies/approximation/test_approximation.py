@@ -19,13 +19,12 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.approximation import comparison as comparison_module
+from wucht.studies.approximation import computation as comparison_module
+from wucht.studies.approximation import computation as run_module
 from wucht.studies.approximation import order as order_module
-from wucht.studies.approximation import run as run_module
-from wucht.studies.approximation.comparison import CURVE, Comparison
-from wucht.studies.approximation.dataset import regions
+from wucht.studies.approximation.answer import regions
+from wucht.studies.approximation.computation import CURVE, OWN, Comparison, Plan, changes_at, prepare
 from wucht.studies.approximation.order import FACTORS, Errors, UnmeasuredError, errors, nominal
-from wucht.studies.approximation.prepare import OWN, Plan, changes_at, prepare
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.runner import draw, run
 

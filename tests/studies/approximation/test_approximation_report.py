@@ -14,9 +14,8 @@ from tests.hand_made import titled, warnings_of, with_answer
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.studies.approximation import order
-from wucht.studies.approximation.comparison import CURVE, Comparison
+from wucht.studies.approximation.computation import CURVE, Comparison, Findings
 from wucht.studies.approximation.order import Errors, UnmeasuredError, errors
-from wucht.studies.approximation.run import Findings
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.registry import study_of
 

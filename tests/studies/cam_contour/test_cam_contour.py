@@ -15,8 +15,8 @@ from tests.refusals import refused
 from wucht.cams.workshop.cam_files import Outline
 from wucht.cams.workshop.points import chord_deviation
 from wucht.errors import InputError
+from wucht.studies.cam_contour.computation import obstacles, smallest_cam
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
-from wucht.studies.cam_contour.prepare import obstacles, smallest_cam
 from wucht.studies.cam_contour.spec import CamContour, Permitted
 from wucht.studies.runner import report, run
 

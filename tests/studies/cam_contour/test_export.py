@@ -18,7 +18,7 @@ from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_contour import export
-from wucht.studies.cam_contour.prepare import prepare
+from wucht.studies.cam_contour.computation import prepare
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.registry import study_of

@@ -18,8 +18,7 @@ from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
-from wucht.studies.cam_prediction.prepare import dwells_of, prepare
-from wucht.studies.cam_prediction.run import run
+from wucht.studies.cam_prediction.computation import dwells_of, prepare, run
 from wucht.studies.memory import Memory
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file

@@ -17,10 +17,9 @@ from wucht.dynamics.work import Work
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_prediction import confirmation as simulation
 from wucht.studies.cam_prediction import summary_of_prediction
+from wucht.studies.cam_prediction.computation import prepare, run
 from wucht.studies.cam_prediction.confirmation import confirmation
 from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST
-from wucht.studies.cam_prediction.prepare import prepare
-from wucht.studies.cam_prediction.run import run
 from wucht.studies.cam_prediction.summary_of_prediction import _departs, summary, verdict, warnings
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]

@@ -9,7 +9,7 @@ import pytest
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.coast_down.prepare import prepare
+from wucht.studies.coast_down.computation import prepare
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.runner import draw, report, run
 

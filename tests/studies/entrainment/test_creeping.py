@@ -18,7 +18,7 @@ from wucht.dynamics.verdicts.observation import Watch
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.entrainment.prepare import prepare
+from wucht.studies.entrainment.computation import prepare
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 

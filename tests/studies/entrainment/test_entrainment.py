@@ -24,9 +24,8 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
-from wucht.studies.entrainment.dataset import dataset
-from wucht.studies.entrainment.prepare import prepare
-from wucht.studies.entrainment.run import Findings
+from wucht.studies.entrainment.answer import dataset
+from wucht.studies.entrainment.computation import Findings, prepare
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run
 

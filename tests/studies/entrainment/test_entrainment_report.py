@@ -21,7 +21,7 @@ from wucht.errors import InputError, WuchtError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.orbits import PeriodicOrbit
-from wucht.studies.entrainment.run import Findings
+from wucht.studies.entrainment.computation import Findings
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.registry import study_of
 
@@ -210,8 +210,8 @@ def stages(monkeypatch: pytest.MonkeyPatch, case: EntrainmentCase, inside: tuple
     monkeypatch.setattr(LockedMotions, "__init__", lambda self, *_: None)
     monkeypatch.setattr(LockedMotions, "motion", motion)
     monkeypatch.setattr(LockedMotions, "followed", followed)
-    monkeypatch.setattr("wucht.studies.entrainment.run.existence", no_averaged_equations)
-    monkeypatch.setattr("wucht.studies.entrainment.run.threshold", lambda *_: 1e-3)
+    monkeypatch.setattr("wucht.studies.entrainment.computation.existence", no_averaged_equations)
+    monkeypatch.setattr("wucht.studies.entrainment.computation.threshold", lambda *_: 1e-3)
     found = list(STUDY.run(case, Work()))
     assert found[-1].complete and not any(f.complete for f in found[:-1])
     return found

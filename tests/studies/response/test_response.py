@@ -19,9 +19,9 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.studies.response.computation import prepare
+from wucht.studies.response.computation import run as answered
 from wucht.studies.response.maxima import Curve, found_maxima
-from wucht.studies.response.prepare import prepare
-from wucht.studies.response.run import run as answered
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 

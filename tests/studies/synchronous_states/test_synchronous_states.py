@@ -32,8 +32,8 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.runner import run
-from wucht.studies.synchronous_states.prepare import prepare
-from wucht.studies.synchronous_states.report import _degrees
+from wucht.studies.synchronous_states.answer import _degrees
+from wucht.studies.synchronous_states.computation import prepare
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 Entry = dict[str, Any]

@@ -18,8 +18,8 @@ from tests.refusals import refused
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
+from wucht.studies.synchronous_states.answer import chosen
 from wucht.studies.synchronous_states.figure import _MOST, _lies_upon
-from wucht.studies.synchronous_states.report import chosen
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}

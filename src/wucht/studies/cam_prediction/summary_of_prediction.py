@@ -11,10 +11,9 @@ import numpy as np
 
 from wucht.cams.prediction import unresolved
 from wucht.results.quantities import Quantity
+from wucht.studies.cam_prediction.computation import Findings, Plan, Turning
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST, Twists
-from wucht.studies.cam_prediction.prepare import Plan
-from wucht.studies.cam_prediction.run import Findings, Turning
 
 _CLEAN = 1e-6  # of order 1, beside what the law itself has: below what a workshop can mill
 _SLOW, _DIVERGING = 0.5, 1.0  # inertia ratios

@@ -17,7 +17,7 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import meeting
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import with_unit
-from wucht.studies.entrainment.report import band_in_words
+from wucht.studies.entrainment.answer import band_in_words
 
 _MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]

@@ -11,8 +11,7 @@ import numpy as np
 from wucht.analysis.forced import Forced
 from wucht.analysis.throw import Throw, steady_throw
 from wucht.machines.operation import free_speed
-from wucht.studies.response.prepare import Plan
-from wucht.studies.response.run import Findings, amplitude_at
+from wucht.studies.response.computation import Findings, Plan, amplitude_at
 
 
 @dataclass(frozen=True)

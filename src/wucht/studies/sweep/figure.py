@@ -11,7 +11,7 @@ from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
 from wucht.results.formatting import label, named, printed_unit, with_unit
-from wucht.studies.sweep.report import SENSE
+from wucht.studies.sweep.spec import SENSE
 
 
 def figure(result: xr.Dataset) -> Figure:

@@ -9,6 +9,8 @@ from pydantic import Field
 from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Quantity, Spec, Start, Tolerance
 
+SENSE = {"up": "rising", "down": "falling"}  # of the swept parameter
+
 
 class Sweep(Spec):
     """Move the parameter ``along``, the swept parameter, through ``range``, so slowly that the machine follows."""

@@ -1,11 +1,12 @@
-"""Question and machine -> plan: the machine without its drives, where it starts, how far it goes, how densely it is sampled."""
+"""Question and machine -> plan -> findings: the machine without its drives, where it starts, and how it runs down."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,17 @@ from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import energy_scale
 from wucht.analysis.static import axis_at_rest
 from wucht.dynamics.run_ups.body_phases import BodyPhases
-from wucht.dynamics.run_ups.descent_record import REVERSAL
+from wucht.dynamics.run_ups.descent_record import REVERSAL, Descent, Record, reduced
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, placed, speeds_in
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, sense_of
 from wucht.machines.release_events import release_events
 from wucht.machines.tree import RotatingBody
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down.spec import CoastDown
 
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
@@ -191,3 +195,43 @@ def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
     driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
     times = reversed(machine.breakpoints) if driven else ()
     return next((speed for t in times if (speed := free_speed(machine.at(t), rotor))), 0.0)
+
+
+SAMPLES_A_LEG = 20_480
+SLOW = 0.01  # of the speed at the start: without `until` the run ends there
+_STILL = 1e-4  # likewise, after it has turned back
+_ENOUGH_SWINGS = 20
+
+Findings = tuple[Record, CompiledSystem]  # the record so far, and what was integrated
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """Integrate; what is recorded after each leg."""
+    compiled = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
+    start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1))
+    record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
+    yield record.after(reduced(plan.machine, plan.at_rest, compiled, record, start)), compiled
+    while not _ended(plan, record):
+        record = record.after(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, compiled, record, work)))
+        yield record, compiled
+
+
+def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> Descent:
+    """The leg that begins where the one before ended."""
+    last = before.end
+    count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
+    grid = last.end_time + plan.step * np.arange(count + 1)
+    t = integrate(compiled, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
+    return reduced(plan.machine, plan.at_rest, compiled, before, t.uninterrupted())
+
+
+def _ended(plan: Plan, record: Record) -> bool:
+    """Whether the time is over, the run failed, or, without a time, the rotor has stopped, swung enough, or is slow."""
+    if record.end.ended or record.end.end_time >= plan.limit * (1 - 1e-9):
+        return True
+    if plan.spec.until is not None:
+        return False
+    rows, start_speed = record.rows, abs(record.start_speed)
+    if record.reversals:
+        return len(record.reversals) >= _ENOUGH_SWINGS or abs(rows["max_speed"][-1]) < _STILL * start_speed
+    return bool(record.turns.size) and abs(rows["speed"][-1]) < SLOW * start_speed

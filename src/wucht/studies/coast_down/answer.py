@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a coast-down, and how it ends."""
+"""Findings -> the quantities of a coast-down and how it ends, and its lines in a report."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from wucht.dynamics.run_ups.descent_record import Record
 from wucht.dynamics.run_ups.initial_state import angles_in, listed
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.machine import Machine
+from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.coast_down.prepare import CarrierStart, Plan
-from wucht.studies.coast_down.run import Findings
+from wucht.studies.coast_down.computation import CarrierStart, Findings, Plan
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 AT_REST = 1e-4  # of the speed at the start
 _LAST = 0.1  # share of the run that the outcome is judged by
@@ -144,3 +145,23 @@ def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
         Quantity("min_speed", low, "least speed of the rotor at the end", unit),
         Quantity("max_speed", high, "greatest speed of the rotor at the end", unit),
     ]
+
+
+_STARTS = {
+    "steady": "it starts in the steady vibration of its speed",
+    "rest": "the carrier starts at rest",
+    "given": "the carrier starts as study.start says",
+    "fixed": "the carrier moves as prescribed",
+}
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a coast-down."""
+    s, lines = result.wucht.summary, ReportLines(result)
+    lines.add("speed", "{start_speed} at the start, {final_speed} on average at the end")
+    lines.add("halved", "not within this time" if s["half_time"] is None else "after {half_time:.5g}")
+    lines.add("turns back", "at {reversal_time:.6g}")
+    lines.add("turned", "{turns:.5g} times in {end_time:.5g}")
+    lines.add("amplitude", f"{{peak_amplitude}} at most, at {{peak_speed}}; {_STARTS[s['carrier_start']]}")
+    lines.add("energy", "balance closed to {energy_residual:.1e}")
+    return lines.report(f"{s['outcome'].upper()}: {s['sentence']}" if s["outcome"] else s["sentence"])

@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a sweep: what was read off the ramps, the jumps, and the answer in words."""
+"""Findings -> the quantities of a sweep and its jumps, and its lines in a report."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import numpy as np
 
 from wucht.dynamics.sweeps.jumps import Jump
 from wucht.machines.operation import free_speed
+from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.motion_variables import parameter_values
-from wucht.studies.sweep.prepare import Plan
-from wucht.studies.sweep.report import SENSE
-from wucht.studies.sweep.run import Findings
+from wucht.studies.sweep.computation import Findings, Plan
+from wucht.studies.sweep.spec import SENSE
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _FREE_SPEEDS = 21
 
@@ -135,3 +136,25 @@ def _sentence(plan: Plan, findings: Findings) -> str:
             what = f"amplitude jumps from {j.from_amplitude:.4g} to {j.to_amplitude:.4g}"
         jumps.append(f"at {plan.swept.at(j.value)} {SENSE[j.direction]} the {what}")
     return "; ".join(jumps)
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a sweep."""
+    s, lines = result.wucht.summary, ReportLines(result)
+    jumps, (low, high), unit = s["jumps"], s["range"], f" {s['along_unit']}" if s["along_unit"] else ""
+    chosen = " (chosen: so slow that the machine follows)" if s["rate_chosen"] else ""
+    lines.add("sweep", f"{{along}} from {low:.5g} to {high:.5g}{unit} at {{rate:.3g}}{chosen}")
+    for way, ends in s["ends"].items():
+        lines.add(way, "{from_speed} to {to_speed}", ends, "ends")
+    for jump in jumps:
+        lines.add("jump", f"{SENSE[jump['direction']]}, at {s['along']} = {jump[s['along']]:.6g}{unit}:")
+        lines.add("", "speed {from_speed} to {to_speed}", jump, "jumps")
+        lines.add("", "amplitude {from_amplitude} to {to_amplitude}", jump, "jumps")
+    if s["hysteresis"]:
+        between = "{:.6g} and {:.6g}".format(*s["hysteresis"])
+        lines.add("hysteresis", f"between {between}{unit} the state depends on where the machine comes from")
+    if jumps:
+        lines.add("accuracy", "{jump_tolerance:.0e} of these values, found by holding {along}: not late by the rate")
+    lines.add("energy", "balance closed to {energy_residual:.1e}")
+    count = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(jumps), f"{len(jumps)} JUMPS")
+    return lines.report(s["sentence"].upper() if s["sentence"].startswith("the sweep") else count)

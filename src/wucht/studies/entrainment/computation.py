@@ -1,4 +1,4 @@
-"""Plan -> findings: the machine's own run, the band of existence, runs from the start, locked motions, the threshold."""
+"""Question and machine -> the case -> findings: locked motions, and runs from the start over a parameter."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, check_entrainable
 from wucht.dynamics.entrainment.existence import Existence, existence, range_around, threshold
 from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotions
 from wucht.dynamics.entrainment.runs_from_start import (
@@ -21,8 +21,26 @@ from wucht.dynamics.entrainment.runs_from_start import (
     senses_of,
     values_to_run,
 )
+from wucht.dynamics.entrainment.swept_parameter import swept_parameter
+from wucht.dynamics.parameters import range_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
+from wucht.machines.machine import Machine
+from wucht.schema import Unit, article, read_quantity
+from wucht.studies.entrainment.spec import Entrainment
+
+
+def prepare(spec: Entrainment, machine: Machine) -> EntrainmentCase:
+    """The case. Raises ``InputError`` where the question does not fit the machine."""
+    check_entrainable(machine)
+    swept = swept_parameter(machine, spec.along)
+    unit = Unit(swept.unit, swept.what)
+    range_ = None if spec.range is None else range_of(unit, spec.range)
+    resolution = None if spec.resolution is None else read_quantity(unit, spec.resolution, "study.resolution")
+    if resolution is not None and resolution <= 0:
+        raise InputError("study.resolution", spec.resolution, f"must be {article(unit.what)} greater than 0")
+    return EntrainmentCase.of(machine, swept, spec.start, spec.points, range_, resolution, spec.until)
+
 
 _RESOLUTION = 1e-5  # of the range
 _BISECTIONS = 70  # expected, for the progress

@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of an activation."""
+"""Findings -> the quantities of an activation, and its lines in a report."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ import numpy as np
 
 from wucht.analysis.switching import switchable, switching
 from wucht.machines.operation import natural_frequencies
+from wucht.results.formatting import ReportLines, formats
 from wucht.results.quantities import Quantity, answer, table
-from wucht.studies.activation.prepare import BALANCED, NONE, RIGID, SWITCHABLE, Plan
-from wucht.studies.activation.run import CURVE, Done, Findings
+from wucht.studies.activation.computation import BALANCED, CURVE, NONE, RIGID, SWITCHABLE, Done, Findings, Plan
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 Cell = tuple[str, int, int, int]
@@ -198,3 +199,26 @@ def _warnings(plan: Plan, done: dict[Cell, Done]) -> list[str]:
         warnings.append(f"the energy balance closes only to {worst:.1e}: give a smaller study.tolerance")
     missing = len(plan.runs) - len(done)
     return [*warnings, *([f"{missing} of {len(plan.runs)} runs are missing"] if missing else [])]
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for an activation."""
+    s, (speed, _), lines = result.wucht.summary, formats(result), ReportLines(result)
+    alike: dict[str, list[str]] = {}
+    for p in s["pendulums"]:
+        for opening, closing, snaps in zip(p["opening"], p["closing"], p["snaps"], strict=True):
+            how = f"opens at {speed(opening)}, closes at {speed(closing)}{'' if snaps else ': gradually in between'}"
+            alike.setdefault(how, []).append(p["name"])
+    for how, names in alike.items():
+        lines.add(", ".join(names), how)
+    lines.add("none", "{none.peak_amplitude} at {none.peak_speed}")
+    for name in ("rigid", "balanced", "switchable"):
+        for group in s[name]:
+            after = "" if name == "rigid" else ", none opens"
+            if group.get("peak_after") is not None:
+                after = ", {peak_after} from the opening on"
+            at = "at {activation_speed:.5g}, " if name != "rigid" and len(result.activation_speed) > 1 else ""
+            outcomes = ", ".join(f"{n} {outcome}" for outcome, n in group["outcomes"].items())
+            lines.add(name, f"{at}{{orientation}} apart: {{peak_amplitude}} at most{after}; {outcomes}", group, name)
+    lines.add("energy", "balance closed to {energy_residual:.1e} in all runs")
+    return lines.report(s["sentence"])

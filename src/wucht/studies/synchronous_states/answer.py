@@ -1,4 +1,4 @@
-"""Findings -> Dataset: the states with their stability, the stability map, and the summary."""
+"""Findings -> the quantities of synchronous states with their stability, and their lines in a report."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from wucht.analysis.configurations.state_names import NAMES
 from wucht.analysis.throw import NUMBERS
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
+from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity, answer
 from wucht.studies.motion_variables import natural_vibrations
-from wucht.studies.synchronous_states.prepare import Plan
-from wucht.studies.synchronous_states.run import Findings
+from wucht.studies.synchronous_states.computation import Findings, Plan
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _NOTHING = {float: math.nan, int: -1}  # where the summary has None
 
@@ -173,3 +174,63 @@ def _warnings(plan: Plan, findings: Findings, states: Sequence[Configuration]) -
     if plan.map is not None and (rows := 0 if regions is None else len(regions.ratio)) < len(plan.map[1]):
         warnings.append(f"{rows} of {len(plan.map[1])} rows of the map are computed")
     return warnings
+
+
+_MOST = 24  # states named one by one
+_LINE = 0.5  # of the motion across over that along, below which it throws in a direction
+_GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for synchronous states."""
+    s, lines = result.wucht.summary, ReportLines(result)
+    lines.add("speed", "{speed}, given")
+    for state in (s["states"][k] for k in chosen([entry["verdict"] for entry in s["states"]], _MOST)):
+        name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
+        lines.add(f"{name:18} ", _line(state, "" if s["speed"] is not None else " at {speed}", s["full"]), state, "states")
+        if s["full"]:
+            lines.add("", "{why}", state)
+        if state.get("machine_number", 0.0) >= _GENTLE and not state["verdict"].startswith("unstable"):
+            lines.add("", _throw(state))
+    if len(s["states"]) > _MOST:
+        lines.add(f"and {len(s['states']) - _MOST} more: see the Dataset", "")
+    lines.add("complete", f"{'yes' if s['complete'] else 'not shown'}: {s['shown']}")
+    if s["map"] is not None:
+        shares = "; ".join(f"{name} {100 * share:.0f} %" for name, share in s["map"]["stable_share"].items() if share)
+        lines.add("map", f"stable: {shares}")
+    return lines.report(s["sentence"])
+
+
+def chosen(verdicts: Sequence[str], most: int) -> list[int]:
+    """Those that are shown, in their order: where there are too many, those are left out first that are not stable."""
+    return sorted(sorted(range(len(verdicts)), key=lambda k: verdicts[k].startswith("unstable"))[:most])
+
+
+def _line(state: dict[str, Any], at: str, full: bool) -> str:
+    angles = ", ".join(f"{body} {_degrees(phase)}\u00b0" for body, phase in state["phases"].items())
+    left = "" if state["residual_share"] is None else ", {residual_share:%} of the unbalance left"
+    family = ", one of a family of dimension {family_dimension:d}" if state["family_dimension"] else ""
+    several = ", {multiplicity:d} ways" if state["multiplicity"] > 1 and not family else ""
+    overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""
+    return f"{_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
+
+
+def _throw(state: dict[str, Any]) -> str:
+    """What it does to the carrier, and to what lies on it."""
+    way = f" at {math.degrees(state['throw_direction']):.1f}\u00b0" if state["throw_ratio"] < _LINE else ""
+    return f"stroke {1e3 * state['stroke']:.4g} mm peak to peak{way}, machine number {state['machine_number']:.3g}"
+
+
+def _degrees(phase: float) -> str:
+    """A phase in degrees; what is rounded to a whole turn is 0."""
+    return f"{round(math.degrees(phase), 2) % 360:.2f}"
+
+
+def _stability(state: dict[str, Any], full: bool) -> str:
+    slow, exact = state["stable_slow"], state["stable_full"]
+    words = {True: "stable", False: "unstable", None: "undecided"}
+    if not full:
+        return f"{words[slow]} in the averaged equations"
+    if slow == exact:
+        return words[slow]
+    return f"{words[slow]} in the slow, {words[exact]} in the full equations"
