@@ -43,3 +43,9 @@ def test_bad_names(refused: Refused) -> None:
     refused("list", "rotar", says=("NAME", "did you mean 'rotor'?"))
     refused("list", "practice/screen", says=("NAME", "neither a study nor a part"))
     refused("list", "--json", says=("--json", "only with the name"))
+
+
+def test_the_catalogue_is_listed_with_its_titles(wucht: Command) -> None:
+    lines = wucht("list").out.splitlines()
+    (line,) = [line for line in lines if line.split()[:1] == ["practice/laundry-drum"]]
+    assert line.endswith("  Washing machine: drum with laundry in one place and a ball balancing ring")

@@ -119,6 +119,10 @@ def test_bounds_and_caps_are_shown():
     assert (result.least.values >= result.low.values - 1e-8).all()
     assert wucht.report(result)[2].endswith("mm")
     assert [line.endswith("(binds)") for line in wucht.report(result)[-5:-1]] == [False, True, True, False]
+    asked = [line.split(": ")[1] for line in wucht.report(result) if "restrictions[" in line or "caps[" in line]
+    assert [" to " in line for line in asked] == [False, True, True, False]
+    low, high = (1e3 * float(of.values[2]) for of in (result.least, result.greatest))
+    assert asked[2] == f"velocity {low:.4g} mm/rad to {high:.4g} mm/rad (binds)"
     velocity = wucht.draw(result).axes[1]
     assert any(line.get_linestyle() == "--" for line in velocity.get_lines())
 
