@@ -1,0 +1,181 @@
+"""How many errors the fast tests notice: random ones, put into the source one at a time.
+
+``python -m benchmarks.noticed record`` runs the fast tests once with coverage, a context a test, into ``build/noticed``
+(``pip install pytest-cov``). ``python -m benchmarks.noticed COUNT [SEED]`` puts in COUNT errors, in lines drawn evenly, and
+runs the fast tests that came to the line. Each error that goes unnoticed is printed. Some change nothing (a bound that is never met
+exactly, the seed of a random start): who reads the list takes those off.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parent.parent
+RECORD = ROOT / "build" / "noticed"
+_MOST_TESTS, _LONGEST_S = 400, 420.0
+_FIRST = 25  # tests that are run before the others
+_OTHER = {
+    ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn,
+    ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div,
+    ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And,
+}  # fmt: skip
+_NAMES = (
+    ("x", "y"), ("low", "high"), ("min", "max"), ("argmin", "argmax"), ("sin", "cos"), ("real", "imag"), ("first", "last"),
+    ("begin", "end"), ("any", "all"), ("floor", "ceil"), ("least", "greatest"), ("left", "right"),
+)  # fmt: skip
+_SWAPPED = dict(_NAMES) | {b: a for a, b in _NAMES}
+
+
+@dataclass(frozen=True)
+class Error:
+    """An error in a line of a file. source: the whole file with it."""
+
+    file: str
+    line: int
+    before: str
+    after: str
+    source: str
+
+
+def _changed(node: ast.AST) -> Iterator[dict[str, Any]]:
+    """The fields of a node as an error would have them, one error at a time."""
+    match node:
+        case ast.Compare(ops=[op, *others]) if type(op) in _OTHER:
+            yield {"ops": [_OTHER[type(op)](), *others]}
+        case ast.BinOp(op=op) | ast.BoolOp(op=op) | ast.AugAssign(op=op) if type(op) in _OTHER:
+            yield {"op": _OTHER[type(op)]()}
+        case ast.Constant(value=bool(value)):
+            yield {"value": not value}
+        case ast.Constant(value=int(value)):
+            yield {"value": value + 1}
+        case ast.Constant(value=float(value)):
+            yield {"value": 2 * value or 1.0}
+        case ast.Attribute(attr=name) if name in _SWAPPED:
+            yield {"attr": _SWAPPED[name]}
+        case ast.If(test=test):
+            yield {"test": ast.UnaryOp(ast.Not(), test)}
+        case ast.IfExp(body=body, orelse=orelse):
+            yield {"body": orelse, "orelse": body}
+        case ast.Call(args=[one, two, *others]) if ast.dump(one) != ast.dump(two):
+            yield {"args": [two, one, *others]}
+
+
+def _places(node: ast.AST, within: bool = False) -> Iterator[ast.AST]:
+    """The nodes in functions, but for annotations, refusals and texts."""
+    if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr):
+        return
+    within = within or isinstance(node, ast.FunctionDef)
+    if within and hasattr(node, "lineno"):
+        yield node
+    for name, value in ast.iter_fields(node):
+        if name not in ("annotation", "returns", "decorator_list"):
+            for inner in value if isinstance(value, list) else [value]:
+                if isinstance(inner, ast.AST):
+                    yield from _places(inner, within)
+
+
+def errors(seed: int) -> Iterator[Error]:
+    """Random errors without end, in lines that are drawn evenly."""
+    draw, files = random.Random(seed), sorted((ROOT / "src").rglob("*.py"))
+    sources = {file: file.read_text(encoding="utf-8") for file in files}
+    weights = [source.count("\n") for source in sources.values()]
+    while True:
+        (file,) = draw.choices(files, weights)
+        tree = ast.parse(sources[file])
+        by_line: dict[int, list[tuple[ast.AST, dict[str, Any]]]] = {}
+        for node in _places(tree):
+            for fields in _changed(node):
+                by_line.setdefault(node.lineno, []).append((node, fields))  # type: ignore[attr-defined]
+        if by_line:
+            line = draw.choice(sorted(by_line))
+            node, fields = draw.choice(by_line[line])
+            before = ast.unparse(copy.deepcopy(node)).partition("\n")[0]
+            for name, value in fields.items():
+                setattr(node, name, value)
+            after = ast.unparse(ast.fix_missing_locations(node)).partition("\n")[0]
+            if after != before:
+                yield Error(str(file.relative_to(ROOT)), line, before, after, ast.unparse(ast.fix_missing_locations(tree)))
+
+
+@cache
+def _recorded() -> Any:
+    from coverage import CoverageData
+
+    data = CoverageData(str(RECORD / ".coverage"))
+    data.read()
+    return data
+
+
+def tests_of(error: Error) -> list[str]:
+    """The tests that came to the line; of a line that runs at import those of the whole file, most of its lines first."""
+    file = next((f for f in _recorded().measured_files() if f.endswith(error.file)), "")
+    lines = _recorded().contexts_by_lineno(file)
+    own = Counter(c.partition("|")[0] for c in lines.get(error.line, []) if c)
+    every = Counter(c.partition("|")[0] for contexts in lines.values() for c in contexts if c)
+    folder = Path(error.file).parent.name
+    chosen = [test for test, _ in (own or every).most_common(_MOST_TESTS)]
+    return sorted(chosen, key=lambda test: folder not in test)
+
+
+def noticed(error: Error, tree: Path) -> bool:
+    """Whether a test fails, in a copy of the tree."""
+    file, tests = tree / error.file, tests_of(error)
+    before = file.read_text(encoding="utf-8")
+    file.write_text(error.source, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not slow"]
+    try:
+        for some in (tests[:_FIRST], tests[_FIRST:]):
+            if some:
+                environment = os.environ | {"PYTHONPATH": str(tree / "src")}
+                options: dict[str, Any] = {"cwd": tree, "env": environment, "capture_output": True, "timeout": _LONGEST_S}
+                ended = subprocess.run([*command, *some], check=False, **options)
+                if ended.returncode not in (0, 5):
+                    return True
+    except subprocess.TimeoutExpired:
+        return True
+    finally:
+        file.write_text(before, encoding="utf-8")
+    return False
+
+
+def record() -> None:
+    """Run the fast tests once, with coverage and a context a test."""
+    RECORD.mkdir(parents=True, exist_ok=True)
+    options = ["--cov=wucht", "--cov-context=test", "--cov-report="]
+    environment = os.environ | {"COVERAGE_FILE": str(RECORD / ".coverage")}
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "-m", "not slow", *options]
+    subprocess.run(command, cwd=ROOT, env=environment, check=False)
+
+
+def main() -> None:
+    if sys.argv[1] == "record":
+        record()
+        return
+    count, seed = int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    missed, drawn = 0, errors(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "wucht"
+        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", ".venv", "build", ".*_cache"))
+        for _ in range(count):
+            error = next(drawn)
+            if not noticed(error, tree):
+                missed += 1
+                print(f"{error.file}:{error.line}  {error.before}  ->  {error.after}", flush=True)
+    print(f"{count - missed} of {count} errors were noticed")
+
+
+if __name__ == "__main__":
+    main()
