@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.noticed record`` runs the fast tests once with coverage, a context a test, into ``build/noticed``
 (``pip install pytest-cov``). ``python -m benchmarks.noticed COUNT [SEED]`` puts in COUNT errors, in lines drawn evenly, and
-runs the fast tests that came to the line. Each error that goes unnoticed is printed. Some change nothing (a bound that is never met
+runs the fast tests that came to the line. Each error that goes unnoticed is printed. Some change nothing (a bound never met
 exactly, the seed of a random start): who reads the list takes those off.
 """
 

@@ -6,6 +6,7 @@ from tests.refusals import rejected
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import (
     Coordinate,
+    Lock,
     acceleration,
     dissipated_power,
     equations_of_motion,
@@ -127,6 +128,28 @@ def test_reaction_torque_of_a_pendulum_turned_at_a_given_speed():
     assert sp.simplify(system.explicit(acceleration(x)) - cart) == 0
     torque = m * l**2 * Omega + m * l * cos(th) * cart + m * g * l * sin(th)
     assert sp.simplify(system.explicit(reaction(driven)) - torque) == 0
+
+
+def test_a_pendulum_locked_to_a_shaft_that_speeds_up_follows_it():
+    """Locked, its acceleration is that of the shaft, and the cart feels it as if the pendulum were part of the shaft."""
+    shaft = Coordinate.named("theta", "omega", angle=True, prescribed=Omega * TIME)
+    locked = sp.Symbol("locked", real=True)
+    follows = {theta.position: alpha.position, theta.velocity: alpha.velocity}
+    hanging = Energies(kinetic=HANGING.kinetic.subs(follows), potential=HANGING.potential.subs(follows))
+    motion = equations_of_motion([CART, hanging], [x, shaft, alpha])
+    locks = [Lock(2, 1, locked)]
+    system = first_order(motion, [x, shaft, alpha], [M, m, l, g, b, F, Omega, locked], locks=locks)
+    al, w, vx = alpha.position, alpha.velocity, x.velocity
+    cart = (m * l * sin(al) * w**2 - b * vx + F - m * l * cos(al) * Omega) / (M + m)
+    assert sp.simplify(system.explicit(acceleration(x)).subs(locked, 1) - cart) == 0
+    assert sp.simplify(system.explicit(acceleration(alpha)).subs(locked, 1) - Omega) == 0
+    torque = m * l**2 * Omega + m * l * cos(al) * cart + m * g * l * sin(al)
+    assert sp.simplify(system.explicit(reaction(shaft)).subs(locked, 1) - torque) == 0
+    free = sp.solve(
+        [(M + m) * sp.Symbol("X") + m * l * cos(al) * sp.Symbol("A") - m * l * sin(al) * w**2 + b * vx - F,
+         m * l**2 * sp.Symbol("A") + m * l * cos(al) * sp.Symbol("X") + m * g * l * sin(al)], [sp.Symbol("X"), sp.Symbol("A")],
+    )  # fmt: skip
+    assert sp.simplify(system.explicit(acceleration(x)).subs(locked, 0) - free[sp.Symbol("X")]) == 0
 
 
 def test_power_is_booked_on_its_side():
