@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.load_classes import RangeMeanMatrix, distance
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.load_spectrum.counted_load import MOST_ROWS, CountedLoad, counted
 from wucht.studies.load_spectrum.prepare import Plan, check_width
 
@@ -23,16 +23,8 @@ _PART_OF_A_RUN = 2.0  # the half of it stands for the whole
 
 
 def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
-    """The Dataset.
-
-    Over row (ascending range, or class of ranges): range, mean, count, cumulative (cycles of at least this range),
-    half_cumulative (twice those of the first half of the time), damage (with a Woehler line). Over range_class and mean_class:
-    matrix. Over part (of time): course_time, lowest, highest. Over level: crossings. Raises ``InputError`` for too narrow
-    classes.
-    """
-    import xarray as xr_
-
-    unit, time = plan.signal.unit, findings.time
+    """The Dataset of a load spectrum. Raises ``InputError`` for too narrow classes."""
+    time, verdict = findings.time, findings.verdict
     begin = plan.spec.after if plan.spec.after is not None else float(time[0]) if len(time) else 0.0
     middle = (begin + findings.end_time) / 2
     inside = time >= begin
@@ -40,107 +32,111 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
     check_width(values, plan.class_width)
     whole = counted(plan, values)
     half = counted(plan, values[time[inside] <= middle], whole.levels if len(whole.levels) else None)
-    matrix = RangeMeanMatrix.of(whole.cycles, _MATRIX)
-    rows, middles = whole.rows, [(e[1:] + e[:-1]) / 2 for e in (matrix.range_edges, matrix.mean_edges)]
-    least = np.full(len(rows.ranges), np.inf)  # of the cycles in each row
-    np.minimum.at(least, whole.row, whole.cycles.ranges)
-    data = {
-        "range": variable("row", rows.ranges, "range", unit),
-        "mean": variable("row", rows.means, "mean", unit),
-        "count": variable("row", rows.counts, "cycles"),
-        "cumulative": variable("row", whole.cycles.exceeding(least), "cycles of at least this range"),
-        "half_cumulative": variable(
-            "row", _PART_OF_A_RUN * half.cycles.exceeding(least), "the same, twice those of the first half"
-        ),
-        "matrix": variable("range_class mean_class", matrix.counts, "cycles"),
-        **_course(findings, unit, plan.spec.after),
-    }
-    damages = None
-    if plan.line is not None:
-        damages = np.bincount(whole.row, plan.line.damages(whole.cycles), minlength=len(rows.ranges))
-        line = {"k": plan.line.k, "ND": plan.line.ND, "SD": plan.line.SD, "k2": plan.line.k2}
-        data["damage"] = variable("row", damages, "damage")
-        data |= {f"woehler_{key}": variable("", x, f"Woehler line: {key}", unit * (key == "SD")) for key, x in line.items()}
-    coordinates = {
-        "range_class": variable("range_class", middles[0], "range", unit),
-        "mean_class": variable("mean_class", middles[1], "mean", unit),
-    }
-    if len(whole.levels):
-        coordinates["level"] = variable("level", whole.levels, "level", unit)
-        data["crossings"] = variable("level", whole.crossings, "crossings")
-    summary = _summary(plan, findings, whole, values, (begin, middle)) | _damage(plan, whole, half, findings.end_time - begin)
-    summary["convergence"] = {
+    damages = None if plan.line is None else [float(plan.line.damages(load.cycles).sum()) for load in (whole, half)]
+    convergence = {
         "spectrum": distance(half.cycles, whole.cycles, _PART_OF_A_RUN),
         "largest_range": half.cycles.largest / whole.cycles.largest if whole.cycles.largest else None,
-        "damage": _change_of_damage(plan, whole, half),
+        "damage": _PART_OF_A_RUN * damages[1] / damages[0] - 1 if damages and damages[0] else None,
     }
+    parts = {
+        "spectrum": ("change of the cumulative counts, as a share of all cycles", ""),
+        "largest_range": ("largest range of the first half, as a share of that of the whole", ""),
+        "damage": ("relative change of the damage", ""),
+    }
+    outcome, unit_of_time = None if verdict is None else str(verdict.outcome), _time(plan)
+    quantities = [
+        *_of_rows(plan, whole, half),
+        *_of_classes(plan, whole),
+        *_of_signal(plan, findings, values),
+        *_of_damage(plan, damages, findings.end_time - begin),
+        Quantity("counting", plan.spec.counting, "way of counting"),
+        Quantity("residue", plan.spec.residue, "what becomes of cycles that do not close"),
+        Quantity("begin", begin, "time from which on is counted", unit_of_time),
+        Quantity("half", middle, "time in the middle of what is counted", unit_of_time),
+        Quantity("end", findings.end_time, "time up to which is counted", unit_of_time),
+        Quantity("outcome", outcome, "outcome of the run-up"),
+        Quantity("convergence", convergence, "the whole compared with twice its first half", parts=parts),
+    ]
+    sentence = _sentence(plan, whole, damages)
+    warnings = _warnings(plan, findings, whole, convergence)
     name = plan.signal.name[:1].upper() + plan.signal.name[1:]
-    result = xr_.Dataset(dict(data.items()), coords=coordinates)
-    outcome = {} if findings.verdict is None else {"outcome": summary["outcome"]}
-    failure = findings.failure or _without_bounds(plan, summary)
-    return answered(
-        result, summary, _sentence(summary), _warnings(plan, findings, whole, summary), failure, signal=name, **outcome
-    )
+    failure = findings.failure or _without_bounds(plan, whole, damages)
+    return answer(quantities, sentence, warnings, (), failure, signal=name, **({} if outcome is None else {"outcome": outcome}))
 
 
-def _summary(
-    plan: Plan, findings: LoadHistory, whole: CountedLoad, values: np.ndarray, times: tuple[float, float]
-) -> dict[str, Any]:
-    rows, largest = whole.rows, whole.cycles.largest
-    keys = ("range", "mean", "count")
-    columns = (rows.ranges.tolist(), rows.means.tolist(), rows.counts.tolist())
-    verdict = findings.verdict
-    return {
-        "spectrum": [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)],
-        "cycles": whole.cycles.total,
-        "largest_range": largest,
-        "min": float(values.min()) if len(values) else None,
-        "max": float(values.max()) if len(values) else None,
-        "signal": plan.signal.name,
-        "unit": plan.signal.unit,
-        "counting": plan.spec.counting,
-        "residue": plan.spec.residue,
-        "class_width": whole.class_width,
-        "turning_points": len(values),
-        "begin": times[0],
-        "half": times[1],
-        "end": findings.end_time,
-        "outcome": None if verdict is None else str(verdict.outcome),
-    }
+def _of_rows(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity]:
+    """The spectrum: each range, or class of ranges, with its mean and its cycles; with a Woehler line its damage."""
+    unit, rows, line = plan.signal.unit, whole.rows, plan.line
+    keys, columns = ("range", "mean", "count"), (rows.ranges.tolist(), rows.means.tolist(), rows.counts.tolist())
+    spectrum = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
+    parts = {"range": ("range", unit), "mean": ("mean", unit), "count": ("cycles", "")}
+    least = np.full(len(rows.ranges), np.inf)  # of the cycles in each row
+    np.minimum.at(least, whole.row, whole.cycles.ranges)
+    twice = _PART_OF_A_RUN * half.cycles.exceeding(least)
+    quantities = [
+        Quantity("spectrum", spectrum, "ranges with their cycles, ascending", parts=parts),
+        Quantity("range", rows.ranges, "range", unit, "row"),
+        Quantity("mean", rows.means, "mean", unit, "row"),
+        Quantity("count", rows.counts, "cycles", "", "row"),
+        Quantity("cumulative", whole.cycles.exceeding(least), "cycles of at least this range", "", "row"),
+        Quantity("half_cumulative", twice, "the same, twice those of the first half", "", "row"),
+    ]
+    if line is None:
+        return quantities
+    damages = np.bincount(whole.row, line.damages(whole.cycles), minlength=len(rows.ranges))
+    of_line = {"k": (line.k, ""), "ND": (line.ND, ""), "SD": (line.SD, unit), "k2": (line.k2, "")}
+    quantities += [Quantity(f"woehler_{key}", x, f"Woehler line: {key}", u, "") for key, (x, u) in of_line.items()]
+    return [*quantities, Quantity("damage", damages, "damage", "", "row")]
 
 
-def _damage(plan: Plan, whole: CountedLoad, half: CountedLoad, duration: float) -> dict[str, Any]:
-    """Miner's sum, and how often the part bears what was counted, and for how long; nothing without a Woehler line."""
-    if plan.line is None:
-        return {"damage": None, "repetitions": None, "life": None}
-    damage = float(plan.line.damages(whole.cycles).sum())
-    return {
-        "damage": damage,
-        "repetitions": 1 / damage if damage else None,
-        "life": duration / damage if damage else None,
-        "damage_of_half": float(plan.line.damages(half.cycles).sum()),
-    }
+def _of_classes(plan: Plan, whole: CountedLoad) -> list[Quantity]:
+    """The matrix of ranges and means, and the crossings of levels if they are counted."""
+    unit, matrix = plan.signal.unit, RangeMeanMatrix.of(whole.cycles, _MATRIX)
+    ranges, means = ((e[1:] + e[:-1]) / 2 for e in (matrix.range_edges, matrix.mean_edges))
+    quantities = [
+        Quantity("range_class", ranges, "range", unit, "range_class"),
+        Quantity("mean_class", means, "mean", unit, "mean_class"),
+        Quantity("matrix", matrix.counts, "cycles", "", "range_class mean_class"),
+        Quantity("class_width", whole.class_width, "width of the classes of ranges, or distance of the levels", unit),
+    ]
+    if len(whole.levels):
+        quantities += [
+            Quantity("level", whole.levels, "level", unit, "level"),
+            Quantity("crossings", whole.crossings, "crossings", "", "level"),
+        ]
+    return [
+        *quantities,
+        Quantity("cycles", whole.cycles.total, "number of cycles", headline=True),
+        Quantity("largest_range", whole.cycles.largest, "largest range", unit),
+    ]
 
 
-def _without_bounds(plan: Plan, summary: dict[str, Any]) -> str | None:
+def _of_damage(plan: Plan, damages: list[float] | None, duration: float) -> list[Quantity]:
+    """Miner's sum of the whole and of its first half, and how often and how long the part bears what was counted."""
+    damage = damages[0] if damages else None
+    quantities = [
+        Quantity("damage", damage, "Miner's sum", headline=True),
+        Quantity("repetitions", 1 / damage if damage else None, "how often the part bears this"),
+        Quantity("life", duration / damage if damage else None, "how long the part bears this", _time(plan)),
+    ]
+    return [*quantities, Quantity("damage_of_half", damages[1], "Miner's sum of the first half")] if damages else quantities
+
+
+def _time(plan: Plan) -> str:
+    return "s" if plan.case is None else plan.case.machine.units.time
+
+
+def _without_bounds(plan: Plan, whole: CountedLoad, damages: list[float] | None) -> str | None:
     """Why the damage is no finite number, None if it is one."""
-    if plan.line is None or math.isfinite(summary["damage"]):
+    if plan.line is None or damages is None or math.isfinite(damages[0]):
         return None
-    times = f"{summary['largest_range'] / 2 / plan.line.SD:.3g} times study.woehler.SD"
+    times = f"{whole.cycles.largest / 2 / plan.line.SD:.3g} times study.woehler.SD"
     return f"the damage is too large for a number: the largest amplitude is {times}; check their units, and the slope k"
 
 
-def _change_of_damage(plan: Plan, whole: CountedLoad, half: CountedLoad) -> float | None:
-    """By how much the damage differs from twice that of the first half, relative."""
-    if plan.line is None:
-        return None
-    damage = float(plan.line.damages(whole.cycles).sum())
-    return _PART_OF_A_RUN * float(plan.line.damages(half.cycles).sum()) / damage - 1 if damage else None
-
-
-def _course(findings: LoadHistory, unit: str, after: float | None) -> dict[str, Any]:
-    """The smallest and the largest value of the signal in parts of time; all turning points where they are few."""
-    time, values = findings.time, findings.values
+def _of_signal(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) -> list[Quantity]:
+    """What is counted, and its smallest and largest value in parts of time; all turning points where they are few."""
+    time, values, unit = findings.time, findings.values, plan.signal.unit
     low, high = values, values
     if len(values) > _COURSE * _IN_A_PART:
         edges = np.linspace(time[0], findings.end_time, _COURSE + 1)
@@ -148,25 +144,31 @@ def _course(findings: LoadHistory, unit: str, after: float | None) -> dict[str, 
         low, high = np.full(_COURSE, np.inf), np.full(_COURSE, -np.inf)
         np.minimum.at(low, part, values)
         np.maximum.at(high, part, values)
-        seen = np.isfinite(low)
-        time, low, high = ((edges[1:] + edges[:-1])[seen] / 2, low[seen], high[seen])
-    return {
-        "course_time": variable("part", time, "time", "s"),
-        "lowest": variable("part", low, "lowest value", unit),
-        "highest": variable("part", high, "highest value", unit),
-        "counted_from": variable("", after, "time from which on is counted", "s"),
-    }
+        filled = np.isfinite(low)
+        time, low, high = ((edges[1:] + edges[:-1])[filled] / 2, low[filled], high[filled])
+    least, greatest = (float(f(counted_values)) if len(counted_values) else None for f in (np.min, np.max))
+    return [
+        Quantity("signal", plan.signal.name, "signal that is counted"),
+        Quantity("unit", unit, "unit of the signal"),
+        Quantity("min", least, "smallest value", unit),
+        Quantity("max", greatest, "largest value", unit),
+        Quantity("turning_points", len(counted_values), "number of turning points"),
+        Quantity("course_time", time, "time", "s", "part"),
+        Quantity("lowest", low, "lowest value", unit, "part"),
+        Quantity("highest", high, "highest value", unit, "part"),
+        Quantity("counted_from", plan.spec.after, "time from which on is counted", "s", ""),
+    ]
 
 
-def _sentence(summary: dict[str, Any]) -> str:
-    if not summary["cycles"]:
+def _sentence(plan: Plan, whole: CountedLoad, damages: list[float] | None) -> str:
+    if not whole.cycles.total:
         return "there is no cycle to count"
-    unit = f" {summary['unit']}" if summary["unit"] else ""
-    said = f"{summary['cycles']:.10g} cycles, the largest of range {summary['largest_range']:.4g}{unit}"
-    return said if summary["damage"] is None else f"{said}; damage {summary['damage']:.4g}"
+    unit = f" {plan.signal.unit}".rstrip()
+    counted_cycles = f"{whole.cycles.total:.10g} cycles, the largest of range {whole.cycles.largest:.4g}{unit}"
+    return counted_cycles if damages is None else f"{counted_cycles}; damage {damages[0]:.4g}"
 
 
-def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, summary: dict[str, Any]) -> list[str]:
+def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, convergence: dict[str, Any]) -> list[str]:
     warnings = list(plan.warnings)
     if plan.case is not None:
         warnings += [*plan.case.horizon.warnings, *plan.case.models[0].warnings]
@@ -174,17 +176,14 @@ def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, summary: di
     warnings += [findings.failure] if findings.failure else []
     warnings += [findings.verdict.advice] if findings.verdict is not None and findings.verdict.advice else []
     if not whole.cycles.total:
-        after = (
-            ""
-            if plan.spec.after is None
-            else f" after study.after = {plan.spec.after:g}, and the run ends at {findings.end_time:g}"
-        )
-        return [*warnings, f"the signal does not turn back{after}: nothing was counted"]
+        after = plan.spec.after
+        late = "" if after is None else f" after study.after = {after:g}, and the run ends at {findings.end_time:g}"
+        return [*warnings, f"the signal does not turn back{late}: nothing was counted"]
     if plan.class_width is None and whole.class_width is not None and plan.spec.counting != "level-crossing":
         width = f"{whole.class_width:.4g} {plan.signal.unit}".rstrip()
         classes = f"there are more than {MOST_ROWS} different ranges: the spectrum has classes of {width}"
         warnings.append(f"{classes}; the damage is that of the single cycles")
-    change, damage = summary["convergence"]["spectrum"], summary["convergence"]["damage"]
+    change, damage = convergence["spectrum"], convergence["damage"]
     if findings.verdict is not None and max(change, abs(damage or 0.0)) > _CONVERGED:
         of_damage = "" if damage is None else f", and the damage by {abs(damage):.1%}"
         warnings.append(

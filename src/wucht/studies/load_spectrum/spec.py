@@ -48,7 +48,6 @@ class LoadSpectrum(SingleRun):
     subject: ClassVar[str] = "wucht.studies.load_spectrum.machine_or_records:MACHINE_OR_RECORDS"
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
-    headline: ClassVar[tuple[str, ...]] = ("cycles", "damage")
 
     signal: Annotated[MachineSignalName | Record, BeforeValidator(_signal)] = Field(
         "displacement",
