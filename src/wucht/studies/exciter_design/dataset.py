@@ -10,7 +10,7 @@ from wucht.dynamics.exciters.design_trials import METRICS, Checked, Tried, damag
 from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.exciter_design.prepare import Plan
 from wucht.studies.exciter_design.run import Findings
 
@@ -25,55 +25,110 @@ _OF = {
     "cumulative": "of the cycles, at most",
     "damage": "of the damage, at most",
 }
+_BEATING = {"modulated": ("share of the exciters that beat", "")}
+_TOLERANCES = {
+    "spread": ("spread of the parameters", ""),
+    **{name: (f"distance that {share:.0%} of the exciters have at most", "") for name, share in _QUANTILES.items()},
+}
 _HARD = 0.9  # exciters within tolerances that beat: if fewer do, it is warned of
 _APART = 1.5  # times the distance in the averaged equations: if that in the full ones is larger, it is warned of
 _MISSED = 1e-3  # of the target's cycles: if more are larger than any that is reached, it is warned of
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a design.
+    """The Dataset of a design."""
+    design, name = findings.design(plan.trials.metric), plan.signal[:1].upper() + plan.signal[1:]
+    tried, tolerances = (*findings.reach, *findings.search), _tolerances(plan, findings)
+    quantities = [
+        *_of_design(plan, design),
+        *_of_spectra(plan, design),
+        *_of_question(plan),
+        *_of_beat(plan, design),
+        *_of_tried(plan, findings.reach, "reach", "point"),
+        *_of_tried(plan, tried, "tried", "candidate"),
+        *_of_tried(plan, findings.tolerances, "tolerance", "sample"),
+        *_of_runs(plan, findings),
+        Quantity("motion", np.array(MOTIONS, str), "motion in the averaged equations", "", "motion"),
+        Quantity("candidates", sum(len(b.motion) for b in tried), "number of candidates that were tried"),
+        Quantity("motions", _motions(tried), "number of candidates by their motion in the averaged equations"),
+        Quantity("reach", _reach(findings), "what random points of the ranges reach", parts=_form_parts(plan) | _BEATING),
+        Quantity("tolerances", tolerances, "distance of exciters within tolerances", parts=_TOLERANCES | _BEATING),
+    ]
+    return answer(quantities, _sentence(plan, findings, design), _warnings(plan, findings, design, tolerances), signal=name)
 
-    Over share (of the cycles): amplitude_wanted, amplitude_slow, amplitude_full: what this share reaches or exceeds. Over place
-    (of a beat): beat_time, beat_amplitude, beat_rate, in the averaged equations. Over point: reach_value (point, variable),
-    reach_motion (place in the coordinate motion), reach_upper (largest amplitude), reach_ratio (smallest over largest),
-    reach_fullness (where their mean lies between). Over candidate (all that were tried): tried_value, tried_distance,
-    tried_motion. Over run (of the full equations): run_value, run_slow, run_full (distances), run_beats. Over sample:
-    tolerance_value, tolerance_distance. wanted_upper, wanted_ratio, wanted_fullness: of the target.
-    """
-    import xarray as xr_
 
-    metric, unit = plan.trials.metric, plan.unit
-    design = findings.design(metric)
-    shares = _shares(plan.target.total)
-    none = np.full(len(shares), np.nan)
-    slow = none if design is None else amplitudes_at(design.slow.cycles, shares)
-    full = none if design is None else amplitudes_at(design.cycles, shares)
-    tried = [*findings.reach, *findings.search]
-    upper, ratio, fullness = _form(plan.target)
-    data: dict[str, Variable] = {
-        "amplitude_wanted": variable("share", amplitudes_at(plan.target, shares), "amplitude", unit),
-        "amplitude_slow": variable("share", slow, "amplitude in the averaged equations", unit),
-        "amplitude_full": variable("share", full, "amplitude in the full equations", unit),
-        "wanted_upper": variable("", upper, "largest amplitude of the target", unit),
-        "wanted_ratio": variable("", ratio, "smallest over largest amplitude of the target"),
-        "wanted_fullness": variable("", fullness, "fullness of the target"),
-        "wanted_cycles": variable("", plan.target.total, "cycles of the target"),
-        **_of_beat(plan, design),
-        **_of_tried(plan, findings.reach, "reach", "point"),
-        **_of_tried(plan, tuple(tried), "tried", "candidate"),
-        **_of_tried(plan, findings.tolerances, "tolerance", "sample"),
-        **_of_runs(plan, findings),
+def _form_parts(plan: Plan) -> dict[str, tuple[str, str]]:
+    return {
+        "upper": ("largest amplitude", plan.unit),
+        "ratio": ("smallest over largest amplitude", ""),
+        "fullness": ("where the mean lies between the smallest and the largest amplitude", ""),
     }
-    coordinates: dict[str, Any] = {
-        "share": variable("share", shares, "share of the cycles"),
-        "variable": variable("variable", np.array([v.name for v in plan.trials.variables], str), "what is varied"),
-        "motion": variable("motion", np.array(MOTIONS, str), "motion in the averaged equations"),
-    }
-    summary = _summary(plan, findings, design)
-    name = plan.signal[:1].upper() + plan.signal[1:]
-    return answered(
-        xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings, design), signal=name
-    )
+
+
+def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
+    """The best exciter, and how far its spectrum is from the target."""
+    target, slope, of_parameters = plan.target, plan.spec.slope, {v.name: (v.name, v.unit) for v in plan.trials.variables}
+    parameters = distance = apart = None
+    of_one, rows = list[Quantity](), list[dict[str, float]]()
+    if design is not None:
+        cycles = design.cycles
+        parameters, distance = _named(plan, design.numbers), float(design.distances[plan.trials.metric])
+        apart = {"full": _each(design.distances), "slow": _each(distances(design.slow.cycles, target, slope))}
+        rows, time = _rows(design, target.total), plan.machine.units.time
+        ours, theirs = (damaging(c, target, slope).total / c.total for c in (cycles, target))
+        duration = target.total / (cycles.total / design.duration)
+        of_one = [
+            Quantity("beat", design.slow.period, "period of a beat, in the averaged equations", time),
+            Quantity("cycles_per_beat", design.slow.cycles.total, "number of cycles in a beat"),
+            Quantity("duration", duration, "time that all cycles of the target take", time),
+            Quantity("outcome", design.outcome, "outcome in the full equations"),
+            Quantity("upper", cycles.largest / 2, "largest amplitude in the full equations", plan.unit),
+            Quantity("beyond", _beyond(plan, design), "number of cycles of the target that are larger"),
+            Quantity("damage_ratio", ours / theirs, "damage of a cycle, relative to that of the target"),
+        ]
+    of_rows = {"range": ("range", plan.unit), "mean": ("mean", plan.unit), "count": ("cycles", "")}
+    parts = {"full": ("in the full equations", ""), "slow": ("in the averaged equations", "")}
+    return [
+        Quantity("parameters", parameters, "parameters of the design", parts=of_parameters),
+        Quantity("distance", distance, "distance of its spectrum from the target, in the full equations", headline=True),
+        Quantity("spectrum", rows, "its ranges, with as many cycles as the target has", parts=of_rows),
+        Quantity("distances", apart, "its distances from the target by each metric", parts=parts),
+        *of_one,
+    ]
+
+
+def _of_spectra(plan: Plan, design: Checked | None) -> list[Quantity]:
+    """The amplitudes that shares of the cycles reach or exceed, and the form of the target."""
+    shares, unit, total = _shares(plan.target.total), plan.unit, plan.target.total
+    none, (upper, ratio, fullness) = np.full(len(shares), np.nan), _form(plan.target)
+    slow, full = (none, none) if design is None else (amplitudes_at(c, shares) for c in (design.slow.cycles, design.cycles))
+    form = {"upper": _number(upper), "ratio": _number(ratio), "fullness": _number(fullness), "cycles": total}
+    parts = _form_parts(plan) | {"cycles": ("number of cycles", "")}
+    return [
+        Quantity("share", shares, "share of the cycles", "", "share"),
+        Quantity("amplitude_wanted", amplitudes_at(plan.target, shares), "amplitude", unit, "share"),
+        Quantity("amplitude_slow", slow, "amplitude in the averaged equations", unit, "share"),
+        Quantity("amplitude_full", full, "amplitude in the full equations", unit, "share"),
+        Quantity("wanted_upper", upper, "largest amplitude of the target", unit, ""),
+        Quantity("wanted_ratio", ratio, "smallest over largest amplitude of the target", "", ""),
+        Quantity("wanted_fullness", fullness, "fullness of the target", "", ""),
+        Quantity("wanted_cycles", total, "cycles of the target", "", ""),
+        Quantity("target", form, "form of the target", parts=parts),
+    ]
+
+
+def _of_question(plan: Plan) -> list[Quantity]:
+    """What is varied, and what is counted."""
+    varied = plan.trials.variables
+    ranges = {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in varied}
+    return [
+        Quantity("variable", np.array([v.name for v in varied], str), "what is varied", "", "variable"),
+        Quantity("variables", ranges, "what is varied, with its range", parts={v.name: (v.name, v.unit) for v in varied}),
+        Quantity("as_it_is", _named(plan, plan.numbers), "parameters of the machine as it is"),
+        Quantity("metric", plan.spec.metric, "measure of the distance"),
+        Quantity("signal", plan.signal, "signal that is counted"),
+        Quantity("unit", plan.unit, "unit of the signal"),
+    ]
 
 
 def _shares(total: float) -> np.ndarray:
@@ -92,43 +147,56 @@ def _stack(rows: list[np.ndarray], width: int) -> np.ndarray:
     return np.array(rows, float).reshape(len(rows), width)
 
 
-def _of_beat(plan: Plan, design: Checked | None) -> dict[str, Variable]:
+def _of_beat(plan: Plan, design: Checked | None) -> list[Quantity]:
     time, none = plan.machine.units.time, np.empty(0)
-    beat = None if design is None else design.slow
-    return {
-        "beat_time": variable("place", none if beat is None else beat.time, "time", time),
-        "beat_amplitude": variable("place", none if beat is None else beat.amplitude, "amplitude", plan.unit),
-        "beat_rate": variable(
-            "place", none if beat is None else beat.rate, "cycles per unit of time", f"1/{time}" if time else ""
-        ),
-    }
+    times, amplitudes, rates = (none,) * 3 if design is None else (design.slow.time, design.slow.amplitude, design.slow.rate)
+    return [
+        Quantity("beat_time", times, "time", time, "place"),
+        Quantity("beat_amplitude", amplitudes, "amplitude", plan.unit, "place"),
+        Quantity("beat_rate", rates, "cycles per unit of time", f"1/{time}" if time else "", "place"),
+    ]
 
 
-def _of_tried(plan: Plan, batches: tuple[Tried, ...], name: str, along: str) -> dict[str, Variable]:
-    width = len(plan.trials.variables)
-    joined = {
-        key: [x for b in batches for x in getattr(b, key)] for key in ("distances", "motion", "upper", "ratio", "fullness")
-    }
-    column = _stack(joined["distances"], len(METRICS))[:, plan.trials.metric]
-    return {
-        f"{name}_value": variable(f"{along} variable", _stack([r for b in batches for r in b.numbers], width), "values, in SI"),
-        f"{name}_distance": variable(along, column, f"distance from the target, {plan.spec.metric}"),
-        f"{name}_motion": variable(along, np.array(joined["motion"], int), "place in motion"),
-        f"{name}_upper": variable(along, np.array(joined["upper"], float), "largest amplitude", plan.unit),
-        f"{name}_ratio": variable(along, np.array(joined["ratio"], float), "smallest over largest amplitude"),
-        f"{name}_fullness": variable(along, np.array(joined["fullness"], float), "fullness"),
-    }
+def _of_tried(plan: Plan, batches: tuple[Tried, ...], name: str, along: str) -> list[Quantity]:
+    keys = ("numbers", "distances", "motion", "upper", "ratio", "fullness")
+    numbers, apart, motion, *form = ([x for b in batches for x in getattr(b, key)] for key in keys)
+    column = _stack(apart, len(METRICS))[:, plan.trials.metric]
+    values = _stack(numbers, len(plan.trials.variables))
+    upper, ratio, fullness = (np.array(x, float) for x in form)
+    return [
+        Quantity(f"{name}_value", values, "values, in SI", "", f"{along} variable"),
+        Quantity(f"{name}_distance", column, f"distance from the target, {plan.spec.metric}", "", along),
+        Quantity(f"{name}_motion", np.array(motion, int), "place in motion", "", along),
+        Quantity(f"{name}_upper", upper, "largest amplitude", plan.unit, along),
+        Quantity(f"{name}_ratio", ratio, "smallest over largest amplitude", "", along),
+        Quantity(f"{name}_fullness", fullness, "fullness", "", along),
+    ]
 
 
-def _of_runs(plan: Plan, findings: Findings) -> dict[str, Variable]:
+def _of_runs(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The runs of the full equations, and the designs before them."""
     runs, metric = findings.checked, plan.trials.metric
-    slow = [distances(c.slow.cycles, plan.target, plan.spec.slope)[metric] for c in runs]
-    return {
-        "run_value": variable("run variable", _stack([c.numbers for c in runs], len(plan.trials.variables)), "values, in SI"),
-        "run_slow": variable("run", np.array(slow, float), "distance in the averaged equations"),
-        "run_full": variable("run", np.array([c.distances[metric] for c in runs], float), "distance in the full equations"),
-        "run_beats": variable("run", np.array([c.beats for c in runs], np.int8), "whether it beats in the full equations"),
+    slow = [float(distances(c.slow.cycles, plan.target, plan.spec.slope)[metric]) for c in runs]
+    rows = [
+        {"parameters": _named(plan, c.numbers), "slow": x, "full": _number(c.distances[metric]), "outcome": c.outcome}
+        for c, x in zip(runs, slow, strict=True)
+    ]
+    parts = {
+        "parameters": ("parameters", ""),
+        "slow": ("distance in the averaged equations", ""),
+        "full": ("distance in the full equations", ""),
+        "outcome": ("outcome in the full equations", ""),
     }
+    polished = [_named(plan, p.numbers) | {"distance": p.distance} for p in findings.polished]
+    values, beats = _stack([c.numbers for c in runs], len(plan.trials.variables)), [c.beats for c in runs]
+    return [
+        Quantity("runs", rows, "runs of the full equations", parts=parts),
+        Quantity("run_slow", np.array(slow, float), parts["slow"][0], "", "run"),
+        Quantity("run_full", np.array([c.distances[metric] for c in runs], float), parts["full"][0], "", "run"),
+        Quantity("polished", polished, "parameters after the local search, and their distance in the averaged equations"),
+        Quantity("run_value", values, "values, in SI", "", "run variable"),
+        Quantity("run_beats", np.array(beats, np.int8), "whether it beats in the full equations", "", "run"),
+    ]
 
 
 def _named(plan: Plan, numbers: np.ndarray) -> dict[str, float]:
@@ -139,54 +207,9 @@ def _each(values: tuple[float, ...] | np.ndarray) -> dict[str, float | None]:
     return {m: float(x) if np.isfinite(x) else None for m, x in zip(METRICS, values, strict=True)}
 
 
-def _summary(plan: Plan, findings: Findings, design: Checked | None) -> dict[str, Any]:
-    metric = plan.trials.metric
-    tried = [*findings.reach, *findings.search]
-    summary: dict[str, Any] = {
-        "sentence": "",
-        "parameters": None if design is None else _named(plan, design.numbers),
-        "distance": None if design is None else float(design.distances[metric]),
-        "spectrum": [] if design is None else _rows(design, plan.target.total),
-        "metric": plan.spec.metric,
-        "distances": None
-        if design is None
-        else {"full": _each(design.distances), "slow": _each(distances(design.slow.cycles, plan.target, plan.spec.slope))},
-        "signal": plan.signal,
-        "unit": plan.unit,
-        "target": dict(zip(("upper", "ratio", "fullness"), map(_number, _form(plan.target)), strict=True))
-        | {"cycles": plan.target.total},
-        "as_it_is": _named(plan, plan.numbers),
-        "variables": {
-            v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in plan.trials.variables
-        },
-        "runs": [
-            {
-                "parameters": _named(plan, c.numbers),
-                "slow": float(distances(c.slow.cycles, plan.target, plan.spec.slope)[metric]),
-                "full": _number(c.distances[metric]),
-                "outcome": c.outcome,
-            }
-            for c in findings.checked
-        ],
-        "polished": [_named(plan, p.numbers) | {"distance": p.distance} for p in findings.polished],
-        "candidates": sum(len(b.motion) for b in tried),
-        "motions": _motions(tuple(tried)),
-        "reach": _reach(findings),
-        "tolerances": _tolerances(plan, findings),
-    }
-    if design is not None:
-        begun = design.cycles.total / design.duration
-        ours, theirs = (damaging(c, plan.target, plan.spec.slope).total / c.total for c in (design.cycles, plan.target))
-        summary |= {
-            "beat": design.slow.period,
-            "cycles_per_beat": design.slow.cycles.total,
-            "duration": plan.target.total / begun,
-            "outcome": design.outcome,
-            "upper": design.cycles.largest / 2,
-            "beyond": float(plan.target.counts[plan.target.ranges > design.cycles.largest].sum()),
-            "damage_ratio": ours / theirs,
-        }
-    return summary | {"sentence": _sentence(findings, summary)}
+def _beyond(plan: Plan, design: Checked) -> float:
+    """The number of cycles of the target that are larger than all that are reached."""
+    return float(plan.target.counts[plan.target.ranges > design.cycles.largest].sum())
 
 
 def _number(x: float) -> float | None:
@@ -230,13 +253,14 @@ def _tolerances(plan: Plan, findings: Findings) -> dict[str, Any] | None:
     return {"spread": plan.spec.spread, "modulated": beat, **dict(zip(_QUANTILES, map(_number, found), strict=True))}
 
 
-def _sentence(findings: Findings, summary: dict[str, Any]) -> str:
-    if summary["distance"] is None:
+def _sentence(plan: Plan, findings: Findings, design: Checked | None) -> str:
+    if design is None:
         return "no exciter that beats is known yet" if not findings.complete else "no exciter was found that beats"
-    return f"the spectrum is met to {summary['distance']:.2%} {_OF[summary['metric']]}, in the full equations"
+    distance = design.distances[plan.trials.metric]
+    return f"the spectrum is met to {distance:.2%} {_OF[plan.spec.metric]}, in the full equations"
 
 
-def _warnings(plan: Plan, findings: Findings, design: Checked | None) -> list[str]:
+def _warnings(plan: Plan, findings: Findings, design: Checked | None, tolerances: dict[str, Any] | None) -> list[str]:
     warnings, metric = list(plan.warnings), plan.trials.metric
     lost = [c for c in findings.checked if not c.beats]
     if lost:
@@ -254,19 +278,15 @@ def _warnings(plan: Plan, findings: Findings, design: Checked | None) -> list[st
     if full > _APART * slow:
         apart = f"the full equations are farther from the target than the averaged ones, {full:.2%} and {slow:.2%}"
         warnings.append(f"{apart}: more corrections, or smaller unbalances, may help")
-    summary = _summary(plan, findings, design)
-    if summary["beyond"] > _MISSED * plan.target.total:
-        warnings.append(f"{summary['beyond']:.3g} cycles of the target are larger than any that is reached")
-    at_end = [
-        v.name
-        for v, x in zip(plan.trials.variables, plan.trials.shares(design.numbers), strict=True)
-        if not 1e-3 < x < 1 - 1e-3
-    ]
+    beyond = _beyond(plan, design)
+    if beyond > _MISSED * plan.target.total:
+        warnings.append(f"{beyond:.3g} cycles of the target are larger than any that is reached")
+    shares = zip(plan.trials.variables, plan.trials.shares(design.numbers), strict=True)
+    at_end = [v.name for v, x in shares if not 1e-3 < x < 1 - 1e-3]
     if at_end:
         warnings.append(
             f"{', '.join(at_end)} {'lies' if len(at_end) == 1 else 'lie'} at an end of the range: a wider one may do better"
         )
-    tolerances = summary["tolerances"]
     if tolerances is not None and tolerances["modulated"] < _HARD:
         share = 1 - tolerances["modulated"]
         warnings.append(f"{share:.0%} of the exciters within tolerances of {tolerances['spread']:.1%} do not beat")

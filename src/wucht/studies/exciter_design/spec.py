@@ -88,7 +88,6 @@ class ExciterDesign(common.Spec):
     subject: ClassVar[str] = "wucht.studies.exciter_design.exciter_subject:MACHINE_IN_FOLDER"
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
-    headline: ClassVar[tuple[str, ...]] = ("distance",)
 
     target: Annotated[Target, BeforeValidator(_target)] = Field(
         title="spectrum that is wanted", description="spectrum that is wanted, a table `[study.target]`"
