@@ -9,9 +9,9 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.collocated import Collocated
 from wucht.numerics.collocation.starting import refined, sampled, solved_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
 
@@ -22,36 +22,14 @@ STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Collocated):
     """A solution.
 
     curve, point: as it is followed. kind: ``""``, ``"fold"``, ``"value"``: the last parameter has a wanted one, or
     ``"unresolved"``: one of these was not located between the solution before and this one.
     """
 
-    curve: Curve
-    point: CurvePoint
     kind: str = ""
-
-    @property
-    def problem(self) -> BoundaryValueProblem:
-        """On the solution's mesh."""
-        assert isinstance(self.curve.problem, BoundaryValueProblem)
-        return self.curve.problem
-
-    @property
-    def tau(self) -> np.ndarray:
-        """Where the states are kept (K,), from 0 to 1."""
-        return self.problem.mesh.nodes
-
-    @property
-    def states(self) -> np.ndarray:
-        """There (n, K)."""
-        return self.problem.split(self.point.u)[0].T
-
-    def at(self, tau: np.ndarray) -> np.ndarray:
-        """The states (n, K) at places (K,) of [0, 1]."""
-        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
 
     @property
     def parameters(self) -> np.ndarray:

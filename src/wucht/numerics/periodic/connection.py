@@ -8,10 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.collocated import Collocated
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.problem import CurvePoint
 
 NEUTRAL_SADDLE, SADDLE_FOCUS, THREE_LEADING = "neutral-saddle", "saddle-focus", "three-leading"
 
@@ -20,7 +18,7 @@ _NEAR = 1e-7  # of the orbit's size: how near to a saddle an orbit comes that is
 
 
 @dataclass(frozen=True, eq=False)
-class Connection:
+class Connection(Collocated):
     """An orbit between equilibria.
 
     curve, point: as they are followed. time: that it is followed. equilibria (e, n): where it begins and ends, one where that
@@ -31,33 +29,11 @@ class Connection:
     ``"unresolved"``: one of these lies between the point before and this one, and was not located.
     """
 
-    curve: Curve
-    point: CurvePoint
     time: float
     equilibria: np.ndarray
     eigenvalues: np.ndarray
     parameters: np.ndarray
     kind: str = ""
-
-    @property
-    def problem(self) -> BoundaryValueProblem:
-        """The boundary value problem on the orbit's mesh."""
-        assert isinstance(self.curve.problem, BoundaryValueProblem)
-        return self.curve.problem
-
-    @property
-    def tau(self) -> np.ndarray:
-        """Of the nodes, in shares of the time (K,)."""
-        return self.problem.mesh.nodes
-
-    @property
-    def states(self) -> np.ndarray:
-        """At the nodes (n, K)."""
-        return self.problem.split(self.point.u)[0].T
-
-    def at(self, tau: np.ndarray) -> np.ndarray:
-        """The states (n, K) at shares (K,) of the time."""
-        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
 
     @property
     def saddle_quantity(self) -> float:

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.collocated import Collocated
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.problem import CurvePoint, Problem
 
 FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
@@ -21,32 +21,8 @@ _LOST = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are 
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Collocated):
     """A periodic orbit of a branch or a curve. curve: the problem with its mesh. point: of the curve."""
-
-    curve: Curve
-    point: CurvePoint
-
-    @property
-    def problem(self) -> BoundaryValueProblem:
-        """The boundary value problem on the orbit's mesh."""
-        problem = self.curve.problem
-        assert isinstance(problem, BoundaryValueProblem)
-        return problem
-
-    @property
-    def tau(self) -> np.ndarray:
-        """Of the nodes, in periods (K,)."""
-        return self.problem.mesh.nodes
-
-    @property
-    def states(self) -> np.ndarray:
-        """At the nodes (n, K)."""
-        return self.problem.split(self.point.u)[0].T
-
-    def at(self, tau: np.ndarray) -> np.ndarray:
-        """The states (n, K) at times (K,) in periods, from 0 to 1."""
-        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
 
     @property
     def period(self) -> float:
