@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.dynamics.exciters.averaged_speeds import UNSTABLE
 from wucht.dynamics.exciters.speed_readings import Readings
-from wucht.results.conventions import answered, variable
+from wucht.results.quantities import Answer, Quantity
 from wucht.studies.failure_detection.prepare import Plan, Varied
 from wucht.studies.failure_detection.report_words import counted_from, duration, within
 from wucht.studies.failure_detection.run import Findings, Place
@@ -18,49 +19,118 @@ if TYPE_CHECKING:
 
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 _APART = 0.05  # of the speed: averaged equations that differ more are reported
+_SIGNAL = "change of speed over standard deviation of the readings"
 _SURE = (0.5, 0.95)
 _CHANCE = 0.5  # of the time between false alarms: an alarm that comes later in the mean is as good as one of them
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset.
+    """The Dataset of a failure."""
+    quantities = [
+        *_of_run(plan, findings),
+        *_of_readings(plan, findings),
+        *_of_speeds(plan, findings),
+        *_of_detection(plan, findings),
+        *_of_places(plan, findings.places),
+        _largest(plan, findings.places),
+    ]
+    draft, run = Answer(quantities, ""), findings.own.run
+    s = draft.summary
+    return replace(
+        draft, sentence=_sentence(s, plan), warnings=_warnings(plan, findings, s), failure=run.failure,
+        attributes={"outcome": str(run.verdict.outcome), "signal": plan.signal.name},
+    ).dataset()  # fmt: skip
 
-    Over reading: speed (mean over the sensor's interval), reading (with noise), highest, lowest (of the load in that interval),
-    reading_time (its end). Over sample: time, stiffness (share), damage, energy_residual, stiffness_work. Over alarm:
-    alarm_time (since the failure; each of the first readings, beyond 5,000 some of them), seen (probability). Over along (and
-    second): signal, change.
-    """
-    import xarray as xr_
 
-    own, units, sensor = findings.own, plan.machine.units, plan.spec.sensor
-    course, readings = own.run.course, own.readings
+def _of_run(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The stiffness and the damage over the run, and at its end."""
+    course, units, damage = findings.own.run.course, plan.machine.units, findings.own.run.standing.damage
+    failed, residual, work = findings.own.windows.failed, course.residual, "work of the changing stiffness"
+    return [
+        Quantity("time", course.time, "time", units.time, "sample"),
+        Quantity("stiffness", course.stiffness, "share of the stiffness", "", "sample"),
+        Quantity("damage", course.damage, "damage", "", "sample"),
+        Quantity("energy_residual", residual, "residual of the energy balance", "", "sample"),
+        Quantity("stiffness_work", course.work, work, units.energy, "sample"),
+        Quantity("failure_time", failed, "time of the failure", units.time, "", in_summary=True),
+        Quantity("damage", None if damage is None else damage.total, "damage at the end"),
+        Quantity("stiffness", float(course.stiffness[-1]), "share of the stiffness that is left at the end"),
+        Quantity("stiffness_work", float(course.work[-1]), f"{work}, in all", units.energy),
+        Quantity("energy_residual", float(residual.max()), "largest residual of the energy balance"),
+    ]
+
+
+def _of_readings(plan: Plan, findings: Findings) -> list[Quantity]:
+    """What the sensor reads, and the limits of the load between two readings."""
+    course, readings, sensor = findings.own.run.course, findings.own.readings, plan.spec.sensor
     noise = np.random.default_rng(sensor.seed).normal(0.0, sensor.noise, len(readings.speed))
-    load = (plan.signal.name, plan.signal.unit)
-    data = {
-        "reading_time": variable("reading", readings.time, "time", units.time),
-        "speed": variable("reading", readings.speed, "mean speed of the main rotor", units.speed),
-        "reading": variable("reading", readings.speed + noise, "reading of the sensor", units.speed),
-        "time": variable("sample", course.time, "time", units.time),
-        "stiffness": variable("sample", course.stiffness, "share of the stiffness"),
-        "damage": variable("sample", course.damage, "damage"),
-        "highest": variable("reading", _over_readings(np.fmax, course.highest, readings), f"largest {load[0]}", load[1]),
-        "lowest": variable("reading", _over_readings(np.fmin, course.lowest, readings), f"smallest {load[0]}", load[1]),
-        "energy_residual": variable("sample", course.residual, "residual of the energy balance"),
-        "stiffness_work": variable("sample", course.work, "work of the changing stiffness", units.energy),
-        "failure_time": variable("", own.windows.failed, "time of the failure", units.time),
+    time, speed, load, unit = plan.machine.units.time, plan.machine.units.speed, plan.signal.name, plan.signal.unit
+    return [
+        Quantity("reading_time", readings.time, "time", time, "reading"),
+        Quantity("speed", readings.speed, "mean speed of the main rotor", speed, "reading"),
+        Quantity("reading", readings.speed + noise, "reading of the sensor", speed, "reading"),
+        Quantity("highest", _over_readings(np.fmax, course.highest, readings), f"largest {load}", unit, "reading"),
+        Quantity("lowest", _over_readings(np.fmin, course.lowest, readings), f"smallest {load}", unit, "reading"),
+        Quantity("deviation", readings.deviation(sensor.noise), "standard deviation of the readings", speed),
+        Quantity("signal", readings.signal(sensor.noise), _SIGNAL),
+    ]
+
+
+def _of_speeds(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The speeds before and after the failure, and those of the averaged equations."""
+    run, readings, unit, averaged = findings.own.run, findings.own.readings, plan.machine.units.speed, findings.averaged
+    before, after = (None, None) if averaged is None else (a.speed for a in averaged)
+    kinds = None if averaged is None else [a.kind for a in averaged]
+    by_averages = {"before": before, "after": after, "change": _change(before, after), "kinds": kinds}
+    outcomes = None if run.before is None else str(run.before.outcome), str(run.verdict.outcome)
+    parts = {"speed": ("mean speed of the main rotor", unit), "outcome": ("outcome", "")}
+    speeds = {
+        "before": ("before the failure", unit), "after": ("after the failure", unit), "change": ("change", unit),
+        "kinds": ("kinds of the steady motions before and after the failure", ""),
+    }  # fmt: skip
+    return [
+        Quantity("before", {"speed": readings.before, "outcome": outcomes[0]}, "motion before the failure", parts=parts),
+        Quantity("after", {"speed": readings.after, "outcome": outcomes[1]}, "motion after the failure", parts=parts),
+        Quantity("change", _change(readings.before, readings.after), "change of speed", unit),
+        Quantity("averaged", by_averages, "mean speeds by the averaged equations", parts=speeds),
+    ]
+
+
+def _change(before: float | None, after: float | None) -> float | None:
+    return None if before is None or after is None else after - before
+
+
+def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The chart that watches the speed, and how soon it gives an alarm."""
+    detection, time, speed = findings.detection, plan.machine.units.time, plan.machine.units.speed
+    parts = {
+        "mean": ("mean speed before the failure", speed),
+        "reference": ("change of speed of which each reading is reduced", speed),
+        "threshold": ("sum at which it gives an alarm", speed),
     }
-    summary = _summary(plan, findings)
-    if (detection := findings.detection) is not None:
+    of_delay = {
+        "mean": ("mean time", time), "half": ("time within which half of the failures are noticed", time),
+        "nearly_all": ("time within which 95 % are noticed", time), "horizon": ("time up to which that is known", time),
+        "readings": ("number of readings in that time", ""), "probability": ("probability of an alarm in that time", ""),
+    }  # fmt: skip
+    chart, delay, curve = None, None, list[Quantity]()
+    if detection is not None:
         after, probability = detection.curve()
-        data["alarm_time"] = variable("alarm", after, f"time since {counted_from(summary)}", units.time)
-        data["seen"] = variable("alarm", probability, "probability that the failure has been seen")
-    coordinates, more = _places(plan, findings.places)
-    result = xr_.Dataset(data | more, coords=coordinates)
-    failure = own.run.failure
-    return answered(
-        result, summary, _sentence(summary, plan), _warnings(plan, findings, summary), failure,
-        outcome=summary["after"]["outcome"], signal=load[0],
-    )  # fmt: skip
+        chart = {"mean": detection.learnt, "reference": detection.chart.reference, "threshold": detection.chart.threshold}
+        delay = {
+            "mean": detection.mean, "half": detection.quantile(_SURE[0]), "nearly_all": detection.quantile(_SURE[1]),
+            "horizon": detection.horizon, "readings": detection.readings, "probability": float(probability[-1]),
+        }  # fmt: skip
+        since = counted_from(findings.own.windows.failed)
+        curve = [
+            Quantity("alarm_time", after, f"time since {since}", time, "alarm"),
+            Quantity("seen", probability, "probability that the failure has been seen", "", "alarm"),
+        ]
+    return [
+        Quantity("chart", chart, "chart of cumulative sums", parts=parts),
+        Quantity("delay", delay, "time until the chart gives an alarm", parts=of_delay),
+        *curve,
+    ]
 
 
 def _over_readings(extreme: np.ufunc, samples: np.ndarray, readings: Readings) -> np.ndarray:
@@ -70,89 +140,44 @@ def _over_readings(extreme: np.ufunc, samples: np.ndarray, readings: Readings) -
     return np.asarray(extreme.reduce(samples[1 : 1 + count * every].reshape(count, every), axis=1, initial=np.nan))
 
 
-def _places(plan: Plan, places: tuple[Place, ...]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Coordinates and variables of what was found at other values: on the grid, of one parameter in its order."""
+def _of_places(plan: Plan, places: tuple[Place, ...]) -> list[Quantity]:
+    """The signal and the change of speed at other values: on the grid, of one parameter in its order."""
     if plan.along is None or not places:
-        return {}, {}
-    units = plan.machine.units
+        return []
     if plan.second is None:
         axes, dimensions = [np.array([p.values[0] for p in places])], "along"
     else:
         axes, dimensions = [np.array(plan.along.values), np.array(plan.second.values)], "along second"
-    grid = {name: np.full([len(a) for a in axes], np.nan) for name in ("signal", "change")}
+    signal, change = (np.full([len(a) for a in axes], np.nan) for _ in range(2))
     for place in places:
         at = tuple(int(np.flatnonzero(a == v)[0]) for a, v in zip(axes, place.values, strict=True))
         if place.signal is not None and place.before is not None and place.after is not None:
-            grid["signal"][at], grid["change"][at] = place.signal, place.after - place.before
-    coordinates = {
-        name: variable(name, axis, of.parameter.path, of.parameter.unit)
-        for name, axis, of in zip(dimensions.split(), axes, _varied(plan), strict=True)
-    }
-    return coordinates, {
-        "signal": variable(dimensions, grid["signal"], "change of speed over standard deviation of the readings"),
-        "change": variable(dimensions, grid["change"], "change of speed", units.speed),
-    }
+            signal[at], change[at] = place.signal, place.after - place.before
+    named = zip(dimensions.split(), axes, (v.parameter for v in _varied(plan)), strict=True)
+    return [
+        *(Quantity(name, axis, parameter.path, parameter.unit, name) for name, axis, parameter in named),
+        Quantity("signal", signal, _SIGNAL, "", dimensions),
+        Quantity("change", change, "change of speed", plan.machine.units.speed, dimensions),
+    ]
 
 
 def _varied(plan: Plan) -> list[Varied]:
     return [v for v in (plan.along, plan.second) if v is not None]
 
 
-def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
-    own, noise = findings.own, plan.spec.sensor.noise
-    readings, windows, run = own.readings, own.windows, own.run
-    before, after = readings.before, readings.after
-    change = None if before is None or after is None else after - before
-    averaged = findings.averaged
-    speeds = (None, None) if averaged is None else (averaged[0].speed, averaged[1].speed)
-    detection, standing = findings.detection, run.standing
-    return {
-        "failure_time": windows.failed,
-        "before": {"speed": before, "outcome": None if run.before is None else str(run.before.outcome)},
-        "after": {"speed": after, "outcome": str(run.verdict.outcome)},
-        "change": change,
-        "deviation": readings.deviation(noise),
-        "signal": readings.signal(noise),
-        "averaged": {
-            "before": speeds[0],
-            "after": speeds[1],
-            "change": None if speeds[0] is None or speeds[1] is None else speeds[1] - speeds[0],
-            "kinds": None if averaged is None else [a.kind for a in averaged],
-        },
-        "chart": None
-        if detection is None
-        else {
-            "mean": detection.learnt,
-            "reference": detection.chart.reference,
-            "threshold": detection.chart.threshold,
-        },
-        "delay": None
-        if detection is None
-        else {
-            "mean": detection.mean,
-            "half": detection.quantile(_SURE[0]),
-            "nearly_all": detection.quantile(_SURE[1]),
-            "horizon": detection.horizon,
-            "readings": detection.readings,
-            "probability": float(detection.curve()[1][-1]),
-        },
-        "damage": None if standing.damage is None else standing.damage.total,
-        "stiffness": float(run.course.stiffness[-1]),
-        "stiffness_work": float(run.course.work[-1]),
-        "energy_residual": float(run.course.residual.max()),
-        "largest": _largest(plan, findings.places),
-    }
-
-
-def _largest(plan: Plan, places: tuple[Place, ...]) -> dict[str, Any] | None:
+def _largest(plan: Plan, places: tuple[Place, ...]) -> Quantity:
     """The place with the largest signal."""
-    seen = [p for p in places if p.signal is not None]
-    if not seen:
-        return None
-    best = max(seen, key=lambda p: p.signal or 0.0)
-    values = {v.parameter.path: x for v, x in zip(_varied(plan), best.values, strict=True)}
-    assert best.before is not None and best.after is not None
-    return values | {"signal": best.signal, "change": best.after - best.before, "outcome": best.outcome}
+    known = [p for p in places if p.signal is not None]
+    best: dict[str, Any] | None = None
+    parts = {
+        **{v.parameter.path: (v.parameter.path, v.parameter.unit) for v in _varied(plan)},
+        "signal": (_SIGNAL, ""), "change": ("change of speed", plan.machine.units.speed), "outcome": ("outcome", ""),
+    }  # fmt: skip
+    if known:
+        place = max(known, key=lambda p: p.signal or 0.0)
+        best = {v.parameter.path: x for v, x in zip(_varied(plan), place.values, strict=True)}
+        best |= {"signal": place.signal, "change": _change(place.before, place.after), "outcome": place.outcome}
+    return Quantity("largest", best, "other values with the largest signal", parts=parts)
 
 
 def _sentence(s: dict[str, Any], plan: Plan) -> str:
@@ -174,7 +199,7 @@ def _sentence(s: dict[str, Any], plan: Plan) -> str:
         return f"{told}, which is seen {horizon}, with a probability of {delay['probability']:.3g}"
     when = duration(abs(mean), units.time) + (" later" if mean >= 0 else " before that")
     if s["failure_time"] is None:
-        when = f"{duration(mean, units.time)} after {counted_from(s)}"
+        when = f"{duration(mean, units.time)} after {counted_from(s['failure_time'])}"
     return f"{told}, which is seen {when} in the mean"
 
 

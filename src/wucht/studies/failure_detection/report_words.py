@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 _HOUR = 3600.0  # s
 
 
@@ -19,6 +16,6 @@ def within(readings: int, time: float, unit: str) -> str:
     return f"within {readings:,} readings, {duration(time, unit)}"
 
 
-def counted_from(summary: Mapping[str, Any]) -> str:
+def counted_from(failure_time: float | None) -> str:
     """From when a delay counts."""
-    return "the failure" if summary["failure_time"] is not None else "the chart begins"
+    return "the failure" if failure_time is not None else "the chart begins"
