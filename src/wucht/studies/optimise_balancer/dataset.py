@@ -11,8 +11,8 @@ from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLIN
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.sampling.pareto_search import not_dominated
-from wucht.results.conventions import Variable, answered, variable
 from wucht.results.formatting import percent
+from wucht.results.quantities import Quantity, answer
 from wucht.studies.optimise_balancer.prepare import Plan
 from wucht.studies.optimise_balancer.run import Checked, Findings
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
@@ -23,60 +23,130 @@ if TYPE_CHECKING:
 _FAR = 0.1  # relative: times that differ by more are warned of, if chance does not explain it
 _PEAK = 0.2  # likewise; the largest of few
 _RESIDUAL = 0.01  # of the greatest unbalance
+_UNDECIDED = "share of runs without a verdict"
+_PARTS = {
+    "bodies": ("number of bodies", ""),
+    "parameters": ("parameters", ""),
+    "objectives": ("objectives by the search", ""),
+    "undecided": (_UNDECIDED, ""),
+    "checked": ("objectives by the check", ""),
+    "checked_undecided": (f"{_UNDECIDED}, by the check", ""),
+}
 _CHANCE = 2.6  # standard deviations: a hundredth of what chance does
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a search.
+    """The Dataset of a search."""
+    front = findings.front
+    checked = np.array([_numbers(p.checked) for p in front]).reshape(len(front), len(OBJECTIVES))
+    holds = _holds(plan, checked)
+    quantities = [
+        *_of_front(plan, findings, checked, holds),
+        *_of_tried(plan, findings),
+        *_of_machine(plan, findings),
+        *_of_question(plan),
+        *_of_damping(plan, findings.curve),
+    ]
+    return answer(quantities, _sentence(findings, holds), _warnings(plan, findings, checked))
 
-    Coordinates: objective and variable (names), point (of the front), candidate (all that were tried), damping. Variables:
-    front_value (point, variable) in SI, front_bodies, front_objective (point, objective) by the search, front_checked likewise
-    by the check, front_outcome and front_checked_outcome (point, outcome) shares of the runs, front_undecided and
-    front_checked_undecided (point) those of them without a verdict, by which a share that does not get through may be less;
-    front_holds: whether no other checked point is better; tried_value, tried_bodies, tried_objective, tried_undecided;
-    own_objective and own_checked of the machine as it is; settling_time, through and decay_rate over the damping.
-    """
-    import xarray as xr_
 
-    front, columns = findings.front, len(OBJECTIVES)
-    by_search, by_check = [p.seen for p in front], [None if p.checked is None else p.checked.seen for p in front]
-    checked = np.array([_numbers(p.checked) for p in front]).reshape(len(front), columns)
-    units, width, generations = _units(plan), len(plan.variables), [g for _, g in findings.tried]
-    told = f"{', '.join(f'{o} in {u or 1}' for o, u in units.items())}"
-    open_ = "share of runs without a verdict"
-    data: dict[str, Variable] = {
-        "front_value": variable("point variable", _of(by_search, "numbers", width), "values, in SI"),
-        "front_bodies": variable("point", np.array([p.bodies for p in front], int), "number of bodies"),
-        "front_objective": variable("point objective", _of(by_search, "objectives", columns), f"by the search: {told}"),
-        "front_checked": variable("point objective", checked, f"by the check: {told}"),
-        "front_outcome": variable("point outcome", _of(by_search, "outcomes", len(OUTCOMES)), "share of the runs"),
-        "front_checked_outcome": variable("point outcome", _of(by_check, "outcomes", len(OUTCOMES)), "share, by the check"),
-        "front_undecided": variable("point", _of(by_search, "undecided"), open_),
-        "front_checked_undecided": variable("point", _of(by_check, "undecided"), f"{open_}, by the check"),
-        "front_holds": variable("point", _holds(plan, checked).astype(np.int8), "not dominated by the check"),
-        "tried_value": variable("candidate variable", _of(generations, "numbers", width), "values, in SI"),
-        "tried_bodies": variable(
-            "candidate", np.array([n for n, g in findings.tried for _ in g.numbers], int), "number of bodies"
-        ),
-        "tried_objective": variable("candidate objective", _of(generations, "objectives", columns), told),
-        "tried_undecided": variable("candidate", _of(generations, "undecided"), open_),
-        "own_objective": variable("objective", findings.own.seen.objectives[0], f"machine as it is, by the search: {told}"),
-        "own_checked": variable("objective", _numbers(findings.own.checked), f"machine as it is, by the check: {told}"),
-    }
-    summary = _summary(plan, findings, checked)
-    coordinates: dict[str, Any] = {
-        "objective": variable("objective", np.array(OBJECTIVES, str), "objective"),
-        "variable": variable("variable", np.array([v.name for v in plan.variables], str), "what is varied"),
-        "outcome": variable("outcome", np.array(OUTCOMES, str), "outcome"),
-    }
-    if findings.curve is not None:
-        c, time = findings.curve, plan.machine.units.time
-        coordinates["damping"] = variable("damping", c.damping, "damping of the bodies", summary["damping"]["unit"])
-        data["settling_time"] = variable("damping", c.settling_time, "settling time, of half of the runs", time)
-        data["through"] = variable("damping", c.through, "share of the runs that get through")
-        data["decay_rate"] = variable("damping", c.rate, "slowest rate of decay, linearised", f"1/{time}")
-    warnings = _warnings(plan, findings, checked)
-    return answered(xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], warnings)
+def _of_front(plan: Plan, findings: Findings, checked: np.ndarray, holds: np.ndarray) -> list[Quantity]:
+    """The front by the search and by the check; of runs without a verdict a share that does not get through may be less."""
+    front, width, words = findings.front, len(plan.variables), _in_words(plan)
+    search, check = [p.seen for p in front], [None if p.checked is None else p.checked.seen for p in front]
+    values, bodies = _of(search, "numbers", width), np.array([p.bodies for p in front], int)
+    objectives, dimensions = _of(search, "objectives", len(OBJECTIVES)), "point objective"
+    outcomes, outcomes_of_check = (_of(c, "outcomes", len(OUTCOMES)) for c in (search, check))
+    rows = [
+        _candidate(plan, p.bodies, p.numbers, p.seen, p.checked) | {"holds": None if p.checked is None else bool(h)}
+        for p, h in zip(front, holds, strict=True)
+    ]
+    parts = _PARTS | {"holds": ("whether no other checked point is better", "")}
+    return [
+        Quantity("front", rows, "points of the front", parts=parts),
+        Quantity("found", findings.found, "number of points of the front"),
+        Quantity("front_value", values, "values, in SI", "", "point variable"),
+        Quantity("front_bodies", bodies, "number of bodies", "", "point"),
+        Quantity("front_objective", objectives, f"by the search: {words}", "", dimensions),
+        Quantity("front_checked", checked, f"by the check: {words}", "", dimensions),
+        Quantity("front_outcome", outcomes, "share of the runs", "", "point outcome"),
+        Quantity("front_checked_outcome", outcomes_of_check, "share, by the check", "", "point outcome"),
+        Quantity("front_undecided", _of(search, "undecided"), _UNDECIDED, "", "point"),
+        Quantity("front_checked_undecided", _of(check, "undecided"), f"{_UNDECIDED}, by the check", "", "point"),
+        Quantity("front_holds", holds.astype(np.int8), "not dominated by the check", "", "point"),
+    ]
+
+
+def _of_tried(plan: Plan, findings: Findings) -> list[Quantity]:
+    """All candidates that were tried."""
+    generations, dimensions = [g for _, g in findings.tried], "candidate objective"
+    bodies = np.array([n for n, g in findings.tried for _ in g.numbers], int)
+    values, objectives = _of(generations, "numbers", len(plan.variables)), _of(generations, "objectives", len(OBJECTIVES))
+    return [
+        Quantity("candidates", len(bodies), "number of candidates that were tried"),
+        Quantity("tried_value", values, "values, in SI", "", "candidate variable"),
+        Quantity("tried_bodies", bodies, "number of bodies", "", "candidate"),
+        Quantity("tried_objective", objectives, _in_words(plan), "", dimensions),
+        Quantity("tried_undecided", _of(generations, "undecided"), _UNDECIDED, "", "candidate"),
+    ]
+
+
+def _of_machine(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The machine as it is."""
+    own, words = findings.own, f"machine as it is, by the {{}}: {_in_words(plan)}"
+    as_it_is = _candidate(plan, len(plan.machine.group(plan.machine.rotor)) - 1, plan.numbers, own.seen, own.checked)
+    return [
+        Quantity("as_it_is", as_it_is, "machine as it is", parts=_PARTS),
+        Quantity("own_objective", own.seen.objectives[0], words.format("search"), "", "objective"),
+        Quantity("own_checked", _numbers(own.checked), words.format("check"), "", "objective"),
+    ]
+
+
+def _of_question(plan: Plan) -> list[Quantity]:
+    """What is varied, what is sought, and by which runs."""
+    variables = {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in plan.variables}
+    unbalance = [end / plan.as_it_is.ends[0] * _unbalance(plan)[0] for end in plan.as_it_is.ends]
+    units = {v.name: (v.name, v.unit) for v in plan.variables}
+    return [
+        Quantity("objective", np.array(OBJECTIVES, str), "objective", "", "objective"),
+        Quantity("variable", np.array([v.name for v in plan.variables], str), "what is varied", "", "variable"),
+        Quantity("outcome", np.array(OUTCOMES, str), "outcome", "", "outcome"),
+        Quantity("objectives", list(plan.objectives), "objectives of the search"),
+        Quantity("units", _units(plan), "units of the objectives"),
+        Quantity("model", plan.spec.model, "equations of the search"),
+        Quantity("variables", variables, "what is varied, with its range", parts=units),
+        Quantity("numbers_of_bodies", list(plan.trials), "numbers of bodies that are tried"),
+        Quantity("unbalance", unbalance, "least and greatest unbalance of the rotor", "kg m"),
+        Quantity("samples", plan.spec.samples, "number of runs of a candidate"),
+        Quantity("runs", plan.runs, "number of runs in all"),
+        Quantity("integration", plan.way, "way of integration"),
+    ]
+
+
+def _of_damping(plan: Plan, curve: DampingCurve | None) -> list[Quantity]:
+    """The damping curve, and its optimum."""
+    if curve is None or plan.curve is None:
+        return [Quantity("damping", None, "best damping of the bodies")]
+    unit, time, ends = plan.curve[0].variables[0].unit, plan.machine.units.time, [float(curve.damping[k]) for k in (0, -1)]
+    optimum, of_rates = (x if np.isfinite(x) else None for x in (curve.optimum, curve.of_rates))
+    alike = bool(np.ptp(curve.through) == 0)
+    best = {"optimum": optimum, "of_rates": of_rates, "as_many": alike, "range": ends, "unit": unit}
+    parts = {
+        "optimum": ("damping of the shortest settling time", unit), "of_rates": ("damping of the greatest rate of decay", unit),
+        "as_many": ("whether as many runs get through with each damping", ""),
+        "range": ("least and greatest damping", unit), "unit": ("unit of the damping", ""),
+    }  # fmt: skip
+    return [
+        Quantity("damping", best, "best damping of the bodies", parts=parts),
+        Quantity("damping", curve.damping, "damping of the bodies", unit, "damping"),
+        Quantity("settling_time", curve.settling_time, "settling time, of half of the runs", time, "damping"),
+        Quantity("through", curve.through, "share of the runs that get through", "", "damping"),
+        Quantity("decay_rate", curve.rate, "slowest rate of decay, linearised", f"1/{time}", "damping"),
+    ]
+
+
+def _in_words(plan: Plan) -> str:
+    return ", ".join(f"{o} in {u or 1}" for o, u in _units(plan).items())
 
 
 def _units(plan: Plan) -> dict[str, str]:
@@ -112,57 +182,16 @@ def _named(numbers: np.ndarray) -> dict[str, float | None]:
     return {o: float(x) if np.isfinite(x) else None for o, x in zip(OBJECTIVES, numbers, strict=True)}
 
 
-def _worth(seen: Evaluated, checked: Checked | None) -> dict[str, Any]:
-    """The objectives of a candidate by the search and by the check, and the shares of runs without a verdict."""
-    worth: dict[str, Any] = {"objectives": _named(seen.objectives[0]), "undecided": float(seen.undecided[0])}
-    if checked is None:
-        return worth | {"checked": None, "checked_undecided": None}
-    return worth | {"checked": _named(_numbers(checked)), "checked_undecided": float(checked.seen.undecided[0])}
-
-
-def _summary(plan: Plan, findings: Findings, checked: np.ndarray) -> dict[str, Any]:
-    holds, curve = _holds(plan, checked), findings.curve
-    front = [
-        {
-            "bodies": p.bodies,
-            "parameters": {v.name: float(x) for v, x in zip(plan.variables, p.numbers, strict=True)},
-            **_worth(p.seen, p.checked),
-            "holds": bool(holds[k]) if p.checked is not None else None,
-        }
-        for k, p in enumerate(findings.front)
-    ]
-    own = findings.own
-    summary = {
-        "sentence": "",
-        "front": front,
-        "found": findings.found,
-        "objectives": list(plan.objectives),
-        "model": plan.spec.model,
-        "as_it_is": {
-            "bodies": len(plan.machine.group(plan.machine.rotor)) - 1,
-            "parameters": {v.name: float(x) for v, x in zip(plan.variables, plan.numbers, strict=True)},
-            **_worth(own.seen, own.checked),
-        },
-        "variables": {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in plan.variables},
-        "numbers_of_bodies": list(plan.trials),
-        "unbalance": [end / plan.as_it_is.ends[0] * _unbalance(plan)[0] for end in plan.as_it_is.ends],
-        "candidates": sum(len(g.numbers) for _, g in findings.tried),
-        "samples": plan.spec.samples,
-        "runs": plan.runs,
-        "units": _units(plan),
-        "damping": _damping(plan, curve),
-        "integration": plan.way,
+def _candidate(plan: Plan, bodies: int, numbers: np.ndarray, seen: Evaluated, checked: Checked | None) -> dict[str, Any]:
+    """A candidate with its objectives by the search and by the check, and the shares of runs without a verdict."""
+    return {
+        "bodies": bodies,
+        "parameters": {v.name: float(x) for v, x in zip(plan.variables, numbers, strict=True)},
+        "objectives": _named(seen.objectives[0]),
+        "undecided": float(seen.undecided[0]),
+        "checked": None if checked is None else _named(_numbers(checked)),
+        "checked_undecided": None if checked is None else float(checked.seen.undecided[0]),
     }
-    return summary | {"sentence": _sentence(summary)}
-
-
-def _damping(plan: Plan, curve: DampingCurve | None) -> dict[str, Any] | None:
-    if curve is None or plan.curve is None:
-        return None
-    ends = [float(curve.damping[0]), float(curve.damping[-1])]
-    found = {"optimum": curve.optimum, "of_rates": curve.of_rates}
-    known = {k: x if np.isfinite(x) else None for k, x in found.items()}
-    return known | {"as_many": bool(np.ptp(curve.through) == 0), "range": ends, "unit": plan.curve[0].variables[0].unit}
 
 
 def _unbalance(plan: Plan) -> tuple[float, float]:
@@ -174,14 +203,14 @@ def _unbalance(plan: Plan) -> tuple[float, float]:
     return own, own
 
 
-def _sentence(summary: dict[str, Any]) -> str:
-    if not summary["front"]:
-        return "no front is known yet" if not summary["candidates"] else "no candidate has all objectives"
-    checked = [p for p in summary["front"] if p["checked"] is not None]
-    held = sum(bool(p["holds"]) for p in checked)
-    points = "1 point" if summary["found"] == 1 else f"{summary['found']} points"
-    named = f"a front of {points} from {summary['candidates']} candidates"
-    return f"{named}; {held} of {len(checked)} checked ones are on it by the check too"
+def _sentence(findings: Findings, holds: np.ndarray) -> str:
+    candidates = sum(len(g.numbers) for _, g in findings.tried)
+    if not findings.front:
+        return "no front is known yet" if not candidates else "no candidate has all objectives"
+    held = [bool(h) for p, h in zip(findings.front, holds, strict=True) if p.checked is not None]
+    points = "1 point" if findings.found == 1 else f"{findings.found} points"
+    named = f"a front of {points} from {candidates} candidates"
+    return f"{named}; {sum(held)} of {len(held)} checked ones are on it by the check too"
 
 
 def _warnings(plan: Plan, findings: Findings, checked: np.ndarray) -> list[str]:
