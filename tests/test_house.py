@@ -207,6 +207,13 @@ def test_no_two_modules_bear_one_name() -> None:
     assert sorted({n for n in names if names.count(n) > 1}) == []
 
 
+@pytest.mark.parametrize("name", ["parts", "RunUp", "Machine"])
+def test_a_name_of_the_package_is_there_whatever_was_loaded_before(name: str) -> None:
+    code = f"import wucht; print(wucht.{name}.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip().rpartition(".")[2] == name
+
+
 def test_importing_wucht_loads_nothing_heavy() -> None:
     heavy = {"numpy", "sympy", "heyoka", "xarray", "pint", "matplotlib", "pydantic"}
     code = f"import sys, wucht; print(sorted({heavy} & set(sys.modules)))"

@@ -24,6 +24,7 @@ The floors of the house, each of which knows only those before it: ``errors``, `
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import lazy_loader
@@ -39,6 +40,8 @@ __all__ = ["__version__", *_names]  # noqa: PLE0604
 def __getattr__(name: str) -> Any:
     if name not in _names:
         raise AttributeError(f"module 'wucht' has no attribute {name!r}")
+    if name == "parts":  # a package; lazy_loader knows names of modules alone
+        return import_module("wucht.machines.parts")
     return _first_used(name)
 
 

@@ -18,7 +18,10 @@ POINTS = [
     {"speed": 10.0, "torque": 2.0, "stable": True, "name": "low"},
     {"speed": 20.0, "torque": None, "stable": False, "name": "high"},
 ]
-PARTS = {"speed": ("speed", "rad/s"), "torque": ("torque", "N m"), "stable": ("whether it is stable", ""), "name": ("name", "")}
+PARTS = {
+    "drive.slope": ("slope", "N m s"), "speed": ("speed", "rad/s"), "torque": ("torque", "N m"),
+    "stable": ("whether it is stable", ""), "name": ("name", ""),
+}  # fmt: skip
 PEAKS = {"velocity": ("v", "m"), "jerk": ("j", "m/rad^3")}
 QUANTITIES = [
     Quantity("speed", [10.0, 20.0], "speed", "rad/s", "speed"),
@@ -68,7 +71,8 @@ def test_the_summary_has_its_keys_in_order() -> None:
 @pytest.mark.parametrize(
     ("path", "unit"),
     [
-        ("free_speed", "rad/s"), ("points[1].torque", "N m"), ("points.stable", ""), ("peaks.velocity", "m"),
+        ("free_speed", "rad/s"), ("points[1].torque", "N m"), ("points[0].drive.slope", "N m s"),
+        ("points.stable", ""), ("peaks.velocity", "m"),
         ("amplitudes.x", "m"), ("share", ""), ("of_an_earlier_version", ""), ("sentence", ""),
     ],
 )  # fmt: skip

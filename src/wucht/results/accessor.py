@@ -82,10 +82,12 @@ class ResultAccessor:
 
         That of the last step that is a key or one of its parts; empty of a ratio, and of what has no unit.
         """
-        first, *steps = re.sub(r"\[\d+\]", "", path).split(".")
+        first, _, rest = re.sub(r"\[\d+\]", "", path).partition(".")
         stated = self.quantities.get(first, {})
-        parts = [stated["parts"][step] for step in steps if step in stated.get("parts", {})]
-        return str([stated, *parts][-1].get("unit", ""))
+        # Names of parts may have dots, as paths of parameters have.
+        parts = [(f".{rest}.".rfind(f".{name}."), facts) for name, facts in stated.get("parts", {}).items()]
+        _, last = max([(-1, stated), *((at, facts) for at, facts in parts if at >= 0)], key=lambda one: one[0])
+        return str(last.get("unit", ""))
 
     @property
     def headlines(self) -> list[str]:
