@@ -15,9 +15,8 @@ from wucht.dynamics.exciters.design_trials import Checked
 from wucht.dynamics.exciters.slow_beats import Beat, Rig
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
+from wucht.studies.exciter_design.computation import Findings, prepare
 from wucht.studies.exciter_design.dataset import dataset
-from wucht.studies.exciter_design.prepare import prepare
-from wucht.studies.exciter_design.run import Findings
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.study_file import run_file
 

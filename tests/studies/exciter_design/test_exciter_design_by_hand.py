@@ -20,8 +20,8 @@ from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import shifted
 from wucht.files.building import machine_from
+from wucht.studies.exciter_design.computation import Findings
 from wucht.studies.exciter_design.exciter_subject import MachineInFolder
-from wucht.studies.exciter_design.run import Findings
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
 from wucht.studies.registry import study_of
 
@@ -175,7 +175,7 @@ class Bench:
         self.full, self.polished, self.targets, self.asked = iter(full), list[Any](), list[Any](), list[Any]()
         patch.setattr(Trials, "tried", lambda _, numbers, target, report: self.tried(numbers, target, report))
         patch.setattr(Trials, "polished", lambda _, *given: self.polish(*given))
-        patch.setattr("wucht.studies.exciter_design.run.checked", self.check)
+        patch.setattr("wucht.studies.exciter_design.computation.checked", self.check)
 
     def tried(self, numbers: np.ndarray, target: Cycles, report: Any) -> Tried:
         self.asked.append((len(numbers), target))

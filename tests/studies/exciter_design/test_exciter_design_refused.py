@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests import refusals
 
-from wucht.studies.exciter_design.prepare import prepare
+from wucht.studies.exciter_design.computation import prepare
 from wucht.studies.study_file import read_study
 
 FILE = """\

@@ -13,7 +13,7 @@ from tests.refusals import refused
 from wucht.dynamics.balancers import candidates
 from wucht.dynamics.sampling import pareto_search
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.studies.optimise_balancer import run
+from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
@@ -27,7 +27,7 @@ TWO = OptimiseBalancer(
 @pytest.fixture(autouse=True)
 def _no_steady_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """None are sought: what they leave is compared in test_damping_optimum.py."""
-    monkeypatch.setattr(run, "compensated_state", lambda _machine, full: None)
+    monkeypatch.setattr(computation, "compensated_state", lambda _machine, full: None)
 
 
 def test_the_front_is_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:

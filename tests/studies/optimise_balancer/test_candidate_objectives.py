@@ -13,7 +13,7 @@ from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLIN
 from wucht.dynamics.balancers.compensated_states import compensated_state
 from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import THROUGH, Outcome
-from wucht.studies.optimise_balancer.prepare import prepare
+from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run as ask

@@ -9,7 +9,7 @@ from wucht.dynamics.balancers.candidates import tried
 from wucht.dynamics.balancers.compensated_states import compensated_state, decay_rate
 from wucht.dynamics.balancers.damping_optimum import damping_curve, rates_of
 from wucht.dynamics.work import Work
-from wucht.studies.optimise_balancer.prepare import prepare
+from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study

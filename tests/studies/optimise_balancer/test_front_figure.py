@@ -9,7 +9,7 @@ import pytest
 from known_fronts import MACHINE, RANGE, Parabolas
 
 from wucht.dynamics.balancers import candidates
-from wucht.studies.optimise_balancer import run
+from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw
 from wucht.studies.runner import run as ask
@@ -17,7 +17,7 @@ from wucht.studies.runner import run as ask
 
 def test_points_of_several_numbers_of_bodies_are_all_drawn_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """Five points, with three and with two bodies; of the third number that was tried none is on the front."""
-    monkeypatch.setattr(run, "compensated_state", lambda _machine, full: None)
+    monkeypatch.setattr(computation, "compensated_state", lambda _machine, full: None)
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas(offset=10.0))
     asked = OptimiseBalancer(
         vary={"damping": RANGE}, objectives=["peak", "settling-time"], samples=2, population=20, evaluations=60, points=5,

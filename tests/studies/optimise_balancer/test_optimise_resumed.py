@@ -14,7 +14,7 @@ from known_fronts import MACHINE, RANGE, Parabolas
 from interrupting import assert_same, stop_at, stopped_often
 from wucht.dynamics.balancers import candidates
 from wucht.studies import runner
-from wucht.studies.optimise_balancer import prepare, run
+from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
@@ -34,7 +34,7 @@ QUESTION = OptimiseBalancer(
 def _small_units(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two candidates each; steady states, which take longer, are not sought."""
     monkeypatch.setattr(candidates, "_UNIT", 4)
-    monkeypatch.setattr(run, "compensated_state", lambda _machine, full: None)
+    monkeypatch.setattr(computation, "compensated_state", lambda _machine, full: None)
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,7 +84,7 @@ def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where all are run up one by one, as balls of a track are, how many run-ups there will be is the first that is told."""
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
-    monkeypatch.setattr(prepare, "why_one_by_one", lambda _question: "bodies are released on the way")
+    monkeypatch.setattr(computation, "why_one_by_one", lambda _question: "bodies are released on the way")
     told: list[str] = []
 
     def stop(_share: float, what: str) -> None:

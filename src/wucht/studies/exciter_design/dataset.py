@@ -11,8 +11,7 @@ from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.exciter_design.prepare import Plan
-from wucht.studies.exciter_design.run import Findings
+from wucht.studies.exciter_design.computation import Findings, Plan
 
 if TYPE_CHECKING:
     import xarray as xr

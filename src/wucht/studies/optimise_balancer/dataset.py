@@ -13,8 +13,7 @@ from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.sampling.pareto_search import not_dominated
 from wucht.results.formatting import percent
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.optimise_balancer.prepare import Plan
-from wucht.studies.optimise_balancer.run import Checked, Findings
+from wucht.studies.optimise_balancer.computation import Checked, Findings, Plan
 from wucht.studies.optimise_balancer.spec import OBJECTIVES
 
 if TYPE_CHECKING:

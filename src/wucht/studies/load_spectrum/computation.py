@@ -1,14 +1,17 @@
-"""Question and subject -> plan: where the signal comes from, and its levels, classes and Woehler line in its unit."""
+"""Question and subject -> plan -> findings: where the signal comes from, how it is counted, and its damage."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
+from wucht.dynamics.run_ups.machine_signals import LoadHistory, MachineSignal, load_histories, machine_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.fatigue.turning_points import TurningPoints
 from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.measurements.recording import Channel
@@ -98,3 +101,12 @@ def _of_samples(values: np.ndarray) -> tuple[str, ...]:
         f"{_FEWEST_SAMPLES_A_CYCLE:g} samples a cycle miss up to 5 % of an amplitude. A list of turning points is counted as "
         "it stands.",
     )
+
+
+def run(plan: Plan, work: Work) -> Iterator[LoadHistory]:
+    """The findings after each leg."""
+    if isinstance(plan.signal, Channel):
+        time, values = TurningPoints().after(plan.signal.time, plan.signal.values).closed()
+        yield LoadHistory(time, values, float(plan.signal.time[-1]))
+    elif plan.case is not None:
+        yield from load_histories(plan.case, plan.signal, work)
