@@ -1,4 +1,4 @@
-"""Variables that the Datasets of several studies of branches have."""
+"""Quantities that the results of several studies of branches have."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.steady_states import Ordinates
-from wucht.results.conventions import Variable, variable
+from wucht.results.quantities import Quantity
 from wucht.schema import Parameter
 
 
@@ -22,7 +22,7 @@ def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
 def of_steady_branches(
     dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
     words: tuple[str, str, str],
-) -> dict[str, Variable]:  # fmt: skip
+) -> list[Quantity]:  # fmt: skip
     """Points of branches of steady states, wherever they are drawn.
 
     before: what the names of variables begin with. ordinates: what is drawn, of each branch. words: what that is, its unit, and
@@ -30,10 +30,10 @@ def of_steady_branches(
     """
     shown, unit, length = words
     numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
-    return {
-        f"{before}value": variable(dimension, joined([b.values for b in branches]), along.words, along.unit),
-        f"{before}speed": variable(dimension, joined([s.speed for s in ordinates]), shown, unit),
-        f"{before}amplitude": variable(dimension, joined([s.amplitude for s in ordinates]), "amplitude of the axis", length),
-        f"{before}stable": variable(dimension, joined([b.stable for b in branches]).astype(np.int8), "stable"),
-        f"{before}branch": variable(dimension, numbers.astype(int), "branch"),
-    }
+    return [
+        Quantity(f"{before}value", joined([b.values for b in branches]), along.words, along.unit, dimension),
+        Quantity(f"{before}speed", joined([s.speed for s in ordinates]), shown, unit, dimension),
+        Quantity(f"{before}amplitude", joined([s.amplitude for s in ordinates]), "amplitude of the axis", length, dimension),
+        Quantity(f"{before}stable", joined([b.stable for b in branches]).astype(np.int8), "stable", "", dimension),
+        Quantity(f"{before}branch", numbers.astype(int), "branch", "", dimension),
+    ]

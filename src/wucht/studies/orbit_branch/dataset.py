@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a branch of orbits, with the answer in numbers and in words."""
+"""Findings -> the quantities of a branch of orbits, and the answer in words."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.branches.single_orbits import ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
-from wucht.results.conventions import answered, variable
-from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
+from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady, rate_unit
 from wucht.studies.orbit_branch.prepare import Plan
 
 if TYPE_CHECKING:
@@ -26,25 +26,15 @@ _ENDS = {
 
 
 def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
-    """The Dataset of a branch of orbits.
-
-    Orbits of all branches, one after another (point): value of the parameter, period, period_phi (in the main rotor's angle,
-    not a number of a system), min_speed, max_speed, mean_speed (of the main rotor with its sign, or the state that was chosen),
-    min_amplitude, max_amplitude, stable, unstable (how many disturbances grow), at_special, branch; exponent_re, exponent_im
-    (exponent, point), not numbers where they are not known. Reported orbits (orbit): orbit_value, orbit_period, ...,
-    orbit_exponent_re, orbit_exponent_im (exponent, orbit), from integrated variational equations; orbit_time, orbit_turned,
-    orbit_speed, orbit_amplitude (orbit, place) over a period. Ends (end): end_value, end_error, end_kind, end_branch,
-    end_speed, end_amplitude, end_residual (end, law). Steady states (steady): steady_value, steady_speed, steady_amplitude,
-    steady_stable, steady_branch.
-    """
-    import xarray as xr_
-
+    """The Dataset of a branch of orbits."""
     ends = [(k, end) for k, branch in enumerate(findings.branches) for end in ends_of(branch)]
-    data = of_orbits(plan, findings.branches) | of_reported(plan, findings) | of_ends(plan, ends) | of_steady(plan, findings)
-    coordinates = {"law": variable("law", ["saddle-node", "connection"], "law of the period")}
-    summary = _summary(plan, findings, ends)
-    return answered(
-        xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
+    quantities = [
+        *of_orbits(plan, findings.branches), *of_reported(plan, findings), *of_ends(plan, ends), *of_steady(plan, findings),
+        Quantity("law", ["saddle-node", "connection"], "law of the period", "", "law"),
+        *_of_question(plan), *_of_tables(plan, findings, ends),
+    ]  # fmt: skip
+    return answer(
+        quantities, _sentence(plan, findings, ends), _warnings(plan, findings),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words,
         low=plan.case.bounds[0], high=plan.case.bounds[1], shown=plan.problem.shown, rotor=int(plan.problem.rotor),
     )  # fmt: skip
@@ -137,20 +127,48 @@ def _stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]
     return [(i, j) for i, j in pairs if stable[i:j].any()]
 
 
-def _summary(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> dict[str, Any]:
-    return {
-        "sentence": _sentence(plan, findings, ends),
-        "along": plan.along.path,
-        "along_unit": plan.along.unit,
-        "range": list(plan.case.bounds),
-        "orbits": [_orbit(plan, k, one) for k, one in findings.reported],
-        "special_points": _special(plan, findings),
-        "ends": [_end(plan, k, end) for k, end in ends],
-        "branches": _branches(plan, findings),
-        "tried": [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried],
-        "inertia": plan.problem.inertia,
-        "section": plan.problem.embedding is not None,
-    }
+def _of_question(plan: Plan) -> list[Quantity]:
+    along, problem = plan.along, plan.problem
+    return [
+        Quantity("along", along.path, "parameter over which branches are followed"),
+        Quantity("along_unit", along.unit, "its unit"),
+        Quantity("range", list(plan.case.bounds), f"range of the {along.words}", along.unit),
+        Quantity("inertia", problem.inertia, "whether the averaged equations keep that of the balancing bodies"),
+        Quantity("section", problem.embedding is not None, "whether bodies are kept together"),
+    ]
+
+
+def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> list[Quantity]:
+    s, value, rate = plan.problem, (plan.along.words, plan.along.unit), rate_unit(plan)
+    place = {plan.along.path: value, "branch": ("branch", ""), "period": ("period", s.time)}
+    motion = {
+        "kind": ("kind of the special orbit", ""), "period_phi": ("period in the angle of the main rotor", ""),
+        "min_speed": (f"least {s.shown}", s.unit), "max_speed": (f"largest {s.shown}", s.unit),
+    }  # fmt: skip
+    of_one = {
+        "min_amplitude": ("least amplitude of the axis", s.length),
+        "max_amplitude": ("largest amplitude of the axis", s.length), "stable": ("whether it is stable", ""),
+        "exponents": ("exponents", rate), "exponents_phi": ("exponents over the angle of the main rotor", ""),
+    }  # fmt: skip
+    hidden = {"hidden": ("kind of a point that was not located", ""), "between": value}
+    of_ends = {
+        "kind": ("kind of the end", ""), "error": (f"error of {value[0]}", value[1]), "sentence": ("how the branch ends", ""),
+        "state": ("states of the equilibrium there", ""), "eigenvalues": ("eigenvalues of the equilibrium there", rate),
+        "laws": ("laws of the period", ""), "critical": value, "rate": ("rate of a connection's law", rate),
+    }  # fmt: skip
+    of_branches = {
+        "begun": ("where the branch was begun", ""), "range": value, "winding": ("turns of the angles in a period", ""),
+        "stable": (f"ranges of the {value[0]} in which orbits are stable", value[1]),
+    }  # fmt: skip
+    of_tried = {plan.along.path: value, "found": ("result of the run", "")}
+    reported, tried = findings.reported, [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried]
+    return [
+        *table("orbits", [_orbit(plan, k, one) for k, one in reported], "orbits", place | motion | of_one),
+        *table("special_points", _special(plan, findings), "special orbits", place | motion | hidden),
+        *table("ends", [_end(plan, k, end) for k, end in ends], "ends of the branches", place | of_ends),
+        *table("branches", _branches(plan, findings), "branches of orbits", of_branches),
+        *table("tried", tried, "runs that searched a first orbit", of_tried),
+    ]
 
 
 def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> str:

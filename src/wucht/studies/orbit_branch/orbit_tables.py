@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.numerics.periodic.branch_ends import BranchEnd
-from wucht.results.conventions import Variable, variable
+from wucht.results.quantities import Quantity
 from wucht.studies.branch_variables import joined, of_steady_branches
 from wucht.studies.orbit_branch.prepare import Plan
 
@@ -27,7 +27,7 @@ def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
     return np.asarray(periods * np.abs(mean) if plan.problem.rotor else np.full(len(periods), math.nan))
 
 
-def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> dict[str, Variable]:
+def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
     """All orbits of all branches."""
     s, n = plan.problem, len(plan.problem.system.states)
     values, periods, mean, low, high, least, largest = (
@@ -39,25 +39,25 @@ def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> dict[str, Varia
     special = joined([np.array([bool(kind) for kind in b.kinds]) for b in branches])
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
     rates = np.where(trusted, logarithms, complex(math.nan, math.nan)) / periods
-    return {
-        "value": variable("point", values, plan.along.words, plan.along.unit),
-        "period": variable("point", periods, "period", s.time),
-        "period_phi": variable("point", phi_of(plan, periods, mean), f"period in the {_ANGLE}"),
-        "min_speed": variable("point", low, f"least {s.shown}", s.unit),
-        "max_speed": variable("point", high, f"largest {s.shown}", s.unit),
-        "mean_speed": variable("point", mean, f"mean {s.shown}", s.unit),
-        "min_amplitude": variable("point", least, "least amplitude of the axis", s.length),
-        "max_amplitude": variable("point", largest, "largest amplitude of the axis", s.length),
-        "unstable": variable("point", unstable.astype(int), "how many disturbances grow"),
-        "stable": variable("point", stable.astype(np.int8), "stable"),
-        "at_special": variable("point", special.astype(np.int8), "a special point"),
-        "branch": variable("point", numbers.astype(int), "branch"),
-        "exponent_re": variable("exponent point", rates.real, "real part of an exponent, by collocation", rate_unit(plan)),
-        "exponent_im": variable("exponent point", rates.imag, "imaginary part of an exponent, by collocation", rate_unit(plan)),
-    }
+    return [
+        Quantity("value", values, plan.along.words, plan.along.unit, "point"),
+        Quantity("period", periods, "period", s.time, "point"),
+        Quantity("period_phi", phi_of(plan, periods, mean), f"period in the {_ANGLE}", "", "point"),
+        Quantity("min_speed", low, f"least {s.shown}", s.unit, "point"),
+        Quantity("max_speed", high, f"largest {s.shown}", s.unit, "point"),
+        Quantity("mean_speed", mean, f"mean {s.shown}", s.unit, "point"),
+        Quantity("min_amplitude", least, "least amplitude of the axis", s.length, "point"),
+        Quantity("max_amplitude", largest, "largest amplitude of the axis", s.length, "point"),
+        Quantity("unstable", unstable.astype(int), "how many disturbances grow", "", "point"),
+        Quantity("stable", stable.astype(np.int8), "stable", "", "point"),
+        Quantity("at_special", special.astype(np.int8), "a special point", "", "point"),
+        Quantity("branch", numbers.astype(int), "branch", "", "point"),
+        Quantity("exponent_re", rates.real, "real part of an exponent, by collocation", rate_unit(plan), "exponent point"),
+        Quantity("exponent_im", rates.imag, "imaginary part of an exponent, by collocation", rate_unit(plan), "exponent point"),
+    ]
 
 
-def of_reported(plan: Plan, findings: OrbitFindings) -> dict[str, Variable]:
+def of_reported(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """The orbits that are reported, and how they run."""
     s, n = plan.problem, len(plan.problem.system.states)
     orbits = [one for _, one in findings.reported]
@@ -68,24 +68,24 @@ def of_reported(plan: Plan, findings: OrbitFindings) -> dict[str, Variable]:
         ("time", times), ("turned", [o.turned for o in orbits]), ("shown", [o.shown for o in orbits]),
         ("amplitude", [o.amplitude for o in orbits]),
     )}  # fmt: skip
-    return {
-        "orbit_value": variable("orbit", [o.value for o in orbits], plan.along.words, plan.along.unit),
-        "orbit_period": variable("orbit", [o.period for o in orbits], "period", s.time),
-        "orbit_period_phi": variable("orbit", [o.period_phi for o in orbits], f"period in the {_ANGLE}"),
-        "orbit_min_speed": variable("orbit", [o.low for o in orbits], f"least {s.shown}", s.unit),
-        "orbit_max_speed": variable("orbit", [o.high for o in orbits], f"largest {s.shown}", s.unit),
-        "orbit_branch": variable("orbit", np.array([k for k, _ in findings.reported], int), "branch"),
-        "orbit_kind": variable("orbit", np.array([o.kind for o in orbits], "U16"), "kind of the special orbit"),
-        "orbit_exponent_re": variable("exponent orbit", np.asarray(exponents.real), "real part of an exponent", rate),
-        "orbit_exponent_im": variable("exponent orbit", np.asarray(exponents.imag), "imaginary part of an exponent", rate),
-        "orbit_time": variable("orbit place", table["time"], "time", s.time),
-        "orbit_turned": variable("orbit place", table["turned"], _ANGLE, "rad" if s.time else ""),
-        "orbit_speed": variable("orbit place", table["shown"], s.shown, s.unit),
-        "orbit_amplitude": variable("orbit place", table["amplitude"], "amplitude of the axis", s.length),
-    }  # fmt: skip
+    return [
+        Quantity("orbit_value", [o.value for o in orbits], plan.along.words, plan.along.unit, "orbit"),
+        Quantity("orbit_period", [o.period for o in orbits], "period", s.time, "orbit"),
+        Quantity("orbit_period_phi", [o.period_phi for o in orbits], f"period in the {_ANGLE}", "", "orbit"),
+        Quantity("orbit_min_speed", [o.low for o in orbits], f"least {s.shown}", s.unit, "orbit"),
+        Quantity("orbit_max_speed", [o.high for o in orbits], f"largest {s.shown}", s.unit, "orbit"),
+        Quantity("orbit_branch", np.array([k for k, _ in findings.reported], int), "branch", "", "orbit"),
+        Quantity("orbit_kind", np.array([o.kind for o in orbits], "U16"), "kind of the special orbit", "", "orbit"),
+        Quantity("orbit_exponent_re", np.asarray(exponents.real), "real part of an exponent", rate, "exponent orbit"),
+        Quantity("orbit_exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", rate, "exponent orbit"),
+        Quantity("orbit_time", table["time"], "time", s.time, "orbit place"),
+        Quantity("orbit_turned", table["turned"], _ANGLE, "rad" if s.time else "", "orbit place"),
+        Quantity("orbit_speed", table["shown"], s.shown, s.unit, "orbit place"),
+        Quantity("orbit_amplitude", table["amplitude"], "amplitude of the axis", s.length, "orbit place"),
+    ]  # fmt: skip
 
 
-def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Variable]:
+def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]:
     """How the branches end."""
     s = plan.problem
     laws = [(e.saddle_node, e.connection) for _, e in ends]
@@ -94,21 +94,19 @@ def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Vari
         s.observables(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan)
         for _, e in ends
     ]
-    shown = np.array(seen).reshape(len(ends), 2)
-    return {
-        "end_value": variable("end", [e.parameter for _, e in ends], plan.along.words, plan.along.unit),
-        "end_error": variable("end", [e.error for _, e in ends], f"error of {plan.along.words}", plan.along.unit),
-        "end_kind": variable("end", np.array([e.kind for _, e in ends], "U24"), "kind of the end"),
-        "end_branch": variable("end", np.array([k for k, _ in ends], int), "branch"),
-        "end_speed": variable("end", shown[:, 0], f"{s.shown} of the equilibrium there", s.unit),
-        "end_amplitude": variable("end", shown[:, 1], "amplitude of the equilibrium there", s.length),
-        "end_residual": variable(
-            "end law", np.array(residuals, float).reshape(len(ends), 2), "residual of a law of the period, relative"
-        ),
-    }
+    shown, residual = (np.array(rows, float).reshape(len(ends), 2) for rows in (seen, residuals))
+    return [
+        Quantity("end_value", [e.parameter for _, e in ends], plan.along.words, plan.along.unit, "end"),
+        Quantity("end_error", [e.error for _, e in ends], f"error of {plan.along.words}", plan.along.unit, "end"),
+        Quantity("end_kind", np.array([e.kind for _, e in ends], "U24"), "kind of the end", "", "end"),
+        Quantity("end_branch", np.array([k for k, _ in ends], int), "branch", "", "end"),
+        Quantity("end_speed", shown[:, 0], f"{s.shown} of the equilibrium there", s.unit, "end"),
+        Quantity("end_amplitude", shown[:, 1], "amplitude of the equilibrium there", s.length, "end"),
+        Quantity("end_residual", residual, "residual of a law of the period, relative", "", "end law"),
+    ]
 
 
-def of_steady(plan: Plan, findings: OrbitFindings) -> dict[str, Variable]:
+def of_steady(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """The branches of steady states beside those of orbits."""
     s, steady = plan.problem, findings.steady
     seen = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]

@@ -1,8 +1,7 @@
-"""The variables of a speed curve's Dataset: points, branches, special points, and curves in two parameters."""
+"""The variables of a speed curve: points, branches, special points, and curves in two parameters."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +13,7 @@ from wucht.dynamics.branches.bifurcation_diagram import BranchFindings
 from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.numerics.continuation.equilibria import HOPF
-from wucht.results.conventions import Variable, variable
+from wucht.results.quantities import Quantity
 from wucht.studies.branch_variables import joined, of_steady_branches
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import label_of
@@ -62,7 +61,7 @@ def _frequency(exponents: np.ndarray) -> float:
     return float(pairs[np.abs(pairs.real).argmin()].imag)
 
 
-def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> dict[str, Variable]:
+def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
     """The points of all branches."""
     states, curves = plan.case.states, dict(plan.case.curves)
     words, n = states.words, len(states.names)
@@ -71,85 +70,87 @@ def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> dict[str, Va
     growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
-    return of_steady_branches("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)) | {
-        "unstable": variable("point", joined(growing).astype(int), "how many disturbances grow"),
-        "stable_share": variable("point", joined(shares), "share of a family's members that are stable"),
-        "at_special": variable("point", joined(at_special).astype(np.int8), "a special point"),
-        "state": variable("state point", joined([b.u[:-1] for b in branches], n), "states of the equations"),
-        "exponent_re": variable("exponent point", np.asarray(exponents.real), "real part of an exponent", words.rate),
-        "exponent_im": variable("exponent point", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate),
-    }
+    return [
+        *of_steady_branches("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)),
+        Quantity("unstable", joined(growing).astype(int), "how many disturbances grow", "", "point"),
+        Quantity("stable_share", joined(shares), "share of a family's members that are stable", "", "point"),
+        Quantity("at_special", joined(at_special).astype(np.int8), "a special point", "", "point"),
+        Quantity("state", joined([b.u[:-1] for b in branches], n), "states of the equations", "", "state point"),
+        Quantity("exponent_re", np.asarray(exponents.real), "real part of an exponent", words.rate, "exponent point"),
+        Quantity("exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate, "exponent point"),
+    ]
 
 
-def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> dict[str, Variable]:
+def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
     """What is known of each branch."""
     kinds = [b.kind for b in branches]
+    labels = np.array([label_of(k.name, k.type, k.split) for k in kinds], "U40")
     what, unit = ("second parameter", "") if plan.second is None else (plan.second.words, plan.second.unit)
     many = np.array([k.multiplicity for k in kinds], int)
-    return {
-        "branch_name": variable("branch", np.array([k.name or "" for k in kinds], "U16"), "name"),
-        "branch_type": variable("branch", np.array([k.type or "" for k in kinds], "U4"), "type of 002, section 5.1"),
-        "branch_label": variable("branch", np.array([label_of(k.name, k.type, k.split) for k in kinds], "U40"), "states"),
-        "family_dimension": variable("branch", np.array([b.dimension for b in branches], int), "dimension of the family"),
-        "multiplicity": variable("branch", many, "states that differ in equal bodies only"),
-        "second_value": variable("branch", [math.nan if b.second is None else b.second for b in branches], what, unit),
-    }
+    return [
+        Quantity("branch_name", np.array([k.name or "" for k in kinds], "U16"), "name", "", "branch"),
+        Quantity("branch_type", np.array([k.type or "" for k in kinds], "U4"), "type of 002, section 5.1", "", "branch"),
+        Quantity("branch_label", labels, "states", "", "branch"),
+        Quantity("family_dimension", np.array([b.dimension for b in branches], int), "dimension of the family", "", "branch"),
+        Quantity("multiplicity", many, "states that differ in equal bodies only", "", "branch"),
+        Quantity("second_value", np.array([b.second for b in branches], float), what, unit, "branch"),
+    ]
 
 
-def of_specials(plan: Plan, found: Sequence[Special]) -> dict[str, Variable]:
+def of_specials(plan: Plan, found: Sequence[Special]) -> list[Quantity]:
     """The special points."""
     states, words = plan.case.states, plan.case.states.words
     table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
-    frequency = [math.nan if s.frequency is None else s.frequency for s in found]
-    return {
-        "special_kind": variable("special", np.array([s.kind for s in found], "U20"), "kind of the special point"),
-        "special_value": variable("special", [float(s.u[-1]) for s in found], plan.along.words, plan.along.unit),
-        "special_speed": variable("special", [s.speed for s in found], words.shown, words.unit),
-        "special_amplitude": variable("special", [s.amplitude for s in found], "amplitude of the axis", words.length),
-        "special_branch": variable("special", np.array([s.branch for s in found], int), "branch"),
-        "special_frequency": variable(
-            "special", frequency, "frequency of the oscillation that begins", _frequencies(words.rate)
+    frequency = np.array([s.frequency for s in found], float)
+    return [
+        Quantity("special_kind", np.array([s.kind for s in found], "U20"), "kind of the special point", "", "special"),
+        Quantity("special_value", [float(s.u[-1]) for s in found], plan.along.words, plan.along.unit, "special"),
+        Quantity("special_speed", [s.speed for s in found], words.shown, words.unit, "special"),
+        Quantity("special_amplitude", [s.amplitude for s in found], "amplitude of the axis", words.length, "special"),
+        Quantity("special_branch", np.array([s.branch for s in found], int), "branch", "", "special"),
+        Quantity(
+            "special_frequency", frequency, "frequency of the oscillation that begins", unit_of_frequency(plan), "special"
         ),
-        "special_state": variable("state special", table, "states of the equations"),
-    }
+        Quantity("special_state", table, "states of the equations", "", "state special"),
+    ]
 
 
-def _frequencies(rate: str) -> str:
+def unit_of_frequency(plan: Plan) -> str:
+    """Of an oscillation."""
+    rate = plan.case.states.words.rate
     return f"rad{rate.removeprefix('1')}" if rate else ""
 
 
-def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
+def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> list[Quantity]:
     """The states at the subject's own value."""
     words = plan.case.states.words
-    return {
-        "own_speed": variable("own", [s["speed"] for s in own], words.shown, words.unit),
-        "own_amplitude": variable("own", [s["amplitude"] for s in own], "amplitude of the axis", words.length),
-        "own_stable": variable("own", np.array([s["stable"] for s in own], np.int8), "stable"),
-        "own_stable_share": variable("own", [_number(s["stable_share"]) for s in own], "share of a family's members"),
-        "own_branch": variable("own", np.array([s["branch"] for s in own], int), "branch"),
-        "own_growth": variable("own", [s["exponents"][0][0] for s in own], "fastest growth", words.rate),
-    }
+    return [
+        Quantity("own_speed", [s["speed"] for s in own], words.shown, words.unit, "own"),
+        Quantity("own_amplitude", [s["amplitude"] for s in own], "amplitude of the axis", words.length, "own"),
+        Quantity("own_stable", np.array([s["stable"] for s in own], np.int8), "stable", "", "own"),
+        Quantity(
+            "own_stable_share", np.array([s["stable_share"] for s in own], float), "share of a family's members", "", "own"
+        ),
+        Quantity("own_branch", np.array([s["branch"] for s in own], int), "branch", "", "own"),
+        Quantity("own_growth", [s["exponents"][0][0] for s in own], "fastest growth", words.rate, "own"),
+    ]
 
 
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
-
-
-def of_curves(plan: Plan, curves: Sequence[BifurcationCurve]) -> dict[str, Variable]:
+def of_curves(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Quantity]:
     """The curves of folds and Hopf points in two parameters."""
-    assert plan.second is not None
+    if plan.second is None or plan.case.plane is None:
+        return []
     states, words = plan.case.states, plan.case.states.words
     numbers = np.repeat(np.arange(len(curves)), [c.u.shape[1] for c in curves])
-    speeds = [states.ordinates(c.u[:-1]).speed for c in curves] if plan.case.plane is not None else []
+    speeds = [states.ordinates(c.u[:-1]).speed for c in curves]
     kinds = [kind for c in curves for kind in c.kinds]
-    return {
-        "curve_value": variable("curve_point", joined([c.u[-2] for c in curves]), plan.along.words, plan.along.unit),
-        "curve_second": variable("curve_point", joined([c.u[-1] for c in curves]), plan.second.words, plan.second.unit),
-        "curve_speed": variable("curve_point", joined(speeds), words.shown, words.unit),
-        "curve": variable("curve_point", numbers.astype(int), "curve"),
-        "curve_kind": variable("curve_point", np.array(kinds, "U20"), "kind of a point where a second condition holds"),
-        "curve_of": variable("curve_number", np.array([c.of for c in curves], "U8"), "kind of the curve's points"),
-        "curve_label": variable(
-            "curve_number", np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40"), "states"
-        ),
-    }
+    labels = np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40")
+    return [
+        Quantity("curve_value", joined([c.u[-2] for c in curves]), plan.along.words, plan.along.unit, "curve_point"),
+        Quantity("curve_second", joined([c.u[-1] for c in curves]), plan.second.words, plan.second.unit, "curve_point"),
+        Quantity("curve_speed", joined(speeds), words.shown, words.unit, "curve_point"),
+        Quantity("curve", numbers.astype(int), "curve", "", "curve_point"),
+        Quantity("curve_kind", np.array(kinds, "U20"), "kind of a point where a second condition holds", "", "curve_point"),
+        Quantity("curve_of", np.array([c.of for c in curves], "U8"), "kind of the curve's points", "", "curve_number"),
+        Quantity("curve_label", labels, "states", "", "curve_number"),
+    ]

@@ -1,8 +1,8 @@
-"""Findings -> the Dataset of a speed curve, with the answer in numbers and in words."""
+"""Findings -> the quantities of a speed curve, and the answer in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,8 +13,17 @@ from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE
 from wucht.dynamics.branches.family_curve import LOOKED_AT
 from wucht.dynamics.branches.steady_states import SteadyStates
 from wucht.dynamics.branches.steady_states import in_words as speeds_in_words
-from wucht.results.conventions import answered, variable
-from wucht.studies.speed_curve.curve_variables import Special, of_branches, of_curves, of_own, of_points, of_specials, specials
+from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.speed_curve.curve_variables import (
+    Special,
+    of_branches,
+    of_curves,
+    of_own,
+    of_points,
+    of_specials,
+    specials,
+    unit_of_frequency,
+)
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import counted, in_words, label_of
 
@@ -26,38 +35,21 @@ _AT_ZERO = 1e-9  # of the range: a value so near to zero is zero
 
 
 def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
-    """The Dataset of a speed curve.
-
-    Points of all branches, one after another (point): value of the parameter, speed of the main rotor with its sign (or the
-    state that was chosen), amplitude, stable, unstable (how many disturbances grow), at_special, branch; state (state, point),
-    those of the equations, in the bodies' own senses, angles as they have turned; exponent_re, exponent_im (exponent, point),
-    not numbers where a family has less; stable_share of a family's members, of which all are where it is called stable. Of
-    branches (branch): branch_name, branch_type, branch_label, family_dimension, multiplicity, second_value. Special points
-    (special): special_kind, special_value, special_speed, special_amplitude, special_branch, special_frequency, special_state
-    (state, special); with those where the first or last members of a family become stable. States at the subject's own value
-    (own): own_speed, own_amplitude, own_stable, own_stable_share, own_branch, own_growth. Curves in two parameters
-    (curve_point): curve_value, curve_second, curve_speed, curve, curve_kind (of a point where a second condition holds);
-    curve_of,
-    curve_label (curve). searched_value, searched_states (search).
-    """
-    import xarray as xr_
-
-    found, states = specials(plan, findings), plan.case.states
-    data = of_points(plan, findings.branches) | of_branches(plan, findings.branches) | of_specials(plan, found)
-    own = _own(plan, findings)
-    data |= of_own(plan, own) | (of_curves(plan, findings.curves) if plan.case.plane is not None else {})
-    data["searched_value"] = variable("search", [s.value for s in findings.searched], plan.along.words, plan.along.unit)
-    data["searched_states"] = variable("search", np.array([s.states for s in findings.searched], int), "states found there")
-    coordinates = {"state_name": variable("state", list(states.names), "state of the equations")}
-    summary = _summary(plan, findings, found, own)
-    second = plan.second
+    """The Dataset of a speed curve."""
+    found, own, second, names = specials(plan, findings), _own(plan, findings), plan.second, plan.case.states.names
+    quantities = [
+        *of_points(plan, findings.branches), *of_branches(plan, findings.branches), *of_specials(plan, found),
+        *of_own(plan, own), *of_curves(plan, findings.curves),
+        Quantity("state_name", list(names), "state of the equations", "", "state", coordinate=True),
+        *_of_question(plan), *_of_branches(plan, findings, found, own), *_of_search(plan, findings.searched),
+    ]  # fmt: skip
     more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.words,
         "second_symbol": _symbol(second.path)}  # fmt: skip
-    return answered(
-        xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
+    return answer(
+        quantities, _sentence(plan, findings, found), _warnings(plan, findings),
         along_symbol=_symbol(plan.along.path),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words, low=plan.bounds[0], high=plan.bounds[1],
-        shown=states.words.shown, **more,
+        shown=plan.case.states.words.shown, **more,
     )  # fmt: skip
 
 
@@ -93,29 +85,66 @@ def _by_angle(plan: Plan, exponents: np.ndarray, speed: float) -> list[list[floa
     return [[float(e.real) / abs(speed), float(e.imag) / abs(speed)] for e in exponents]
 
 
-def _summary(
-    plan: Plan, findings: BranchFindings, found: Sequence[Special], own: Sequence[Mapping[str, Any]]
-) -> dict[str, Any]:  # fmt: skip
-    path, second, searched = plan.along.path, plan.second, findings.searched
-    return {
-        "sentence": _sentence(plan, findings, found),
-        "along": path,
-        "along_unit": plan.along.unit,
-        "range": list(plan.bounds),
-        "second": None if second is None else second.path,
-        "second_unit": None if second is None else second.unit,
-        "second_value": None if plan.case.plane is None else plan.case.plane.value,
-        "show": plan.case.states.words.state,
-        "inertia": plan.case.states.words.inertia,
-        "special_points": [_of_special(plan, s) for s in found],
-        "branches": _branches(plan, findings),
-        "value": plan.case.states.nominal_value,
-        "states": list(own),
-        "curves": _curves(plan, findings),
-        "searched": [s.value for s in searched if s.failure is None],
-        "complete": bool(searched) and all(s.complete for s in searched),
-        "shown": _shown(plan, searched),
-    }
+def _of_question(plan: Plan) -> list[Quantity]:
+    along, second, plane, words = plan.along, plan.second, plan.case.plane, plan.case.states.words
+    of_second = (None, None) if second is None else (second.path, second.unit)
+    return [
+        Quantity("along", along.path, "parameter over which branches are followed"),
+        Quantity("along_unit", along.unit, "its unit"),
+        Quantity("range", list(plan.bounds), f"range of the {along.words}", along.unit),
+        Quantity("second", of_second[0], "second parameter"),
+        Quantity("second_unit", of_second[1], "its unit"),
+        Quantity("second_value", plane and plane.value, "second parameter where the curves begin", of_second[1] or ""),
+        Quantity("show", words.state, "state that is drawn instead of the speed"),
+        Quantity("inertia", words.inertia, "whether the averaged equations keep that of the balancing bodies"),
+    ]
+
+
+def _of_branches(plan: Plan, findings: BranchFindings, found: Sequence[Special], own: Sequence[Any]) -> list[Quantity]:
+    words, at = plan.case.states.words, (plan.along.words, plan.along.unit)
+    at_ends, dimension = (f"{words.shown} at their ends", words.unit), ("dimension of the family", "")
+    values = {p.path: (p.words, p.unit) for p in (plan.along, plan.second) if p is not None}
+    kind = {"name": ("kind of steady state", ""), "type": ("type of 002, section 5.1", "")}
+    place = {
+        "speed": (words.shown, words.unit), "amplitude": ("amplitude of the axis", words.length),
+        "state": ("states of the equations", ""), "branch": ("branch", ""),
+    }  # fmt: skip
+    of_points = {"kind": ("kind", ""), "frequency": ("frequency of the oscillation that begins", unit_of_frequency(plan))}
+    stability = {
+        "label": ("states in words", ""), "range": at, "ends": ("how the branch ends", ""),
+        "stable": ("ranges in which all members are stable", at[1]), "stable_speeds": at_ends,
+        "partly_stable": ("ranges in which some members are stable", at[1]), "partly_stable_speeds": at_ends,
+        "partly_stable_shares": ("shares of stable members at their ends", ""),
+        "family_dimension": dimension, "multiplicity": ("states that differ in equal bodies only", ""),
+    }  # fmt: skip
+    at_value = {
+        "stable": ("whether all members are stable", ""), "stable_share": ("share of members that are stable", ""),
+        "exponents": ("exponents", words.rate), "exponents_phi": ("exponents over the angle of the main rotor", ""),
+        "family_dimension": dimension,
+    }  # fmt: skip
+    of_curves = {
+        "of": ("kind of the curve's points", ""), "range": at, "ends": ("how the curve ends", ""),
+        "second_range": ("second parameter", "" if plan.second is None else plan.second.unit),
+        "special_points": ("points where a second condition holds", ""),
+    }  # fmt: skip
+    return [
+        *table("special_points", [_of_special(plan, s) for s in found], "special points", values | place | of_points),
+        *table("branches", _branches(plan, findings), "branches of steady states", values | kind | stability),
+        Quantity("value", plan.case.states.nominal_value, f"{at[0]} of the subject", at[1]),
+        *table("states", own, "steady states at this value", kind | place | at_value),
+        *table("curves", _curves(plan, findings), "curves of special points", values | kind | place | of_curves),
+    ]
+
+
+def _of_search(plan: Plan, searched: Sequence[SearchedValue]) -> list[Quantity]:
+    values, along = [s.value for s in searched if s.failure is None], plan.along
+    return [
+        Quantity("searched_value", [s.value for s in searched], along.words, along.unit, "search"),
+        Quantity("searched_states", np.array([s.states for s in searched], int), "states found there", "", "search"),
+        Quantity("searched", values, f"{along.words} at which all states were searched", along.unit),
+        Quantity("complete", bool(searched) and all(s.complete for s in searched), "whether all states are known there"),
+        Quantity("shown", _shown(plan, searched), "how that is shown"),
+    ]
 
 
 def _shown(plan: Plan, searched: Sequence[SearchedValue]) -> str:
@@ -154,12 +183,7 @@ def _branches(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
         speeds = [_rounded(states, float(speed)) for speed in states.ordinates(b.u).speed]
         second = {} if plan.second is None or b.second is None else {plan.second.path: b.second}
         stretches = {"": b.intervals(Stability.ALL), "partly_": b.intervals(Stability.SOME)}
-        spans = {
-            f"{word}stable": [
-                [_near_zero(plan, v.min()), _near_zero(plan, v.max())] for v in (b.values[i : k + 1] for i, k in at)
-            ]
-            for word, at in stretches.items()
-        }
+        spans = {f"{word}stable": [_span(plan, b.values[i : k + 1]) for i, k in at] for word, at in stretches.items()}
         at_ends = {f"{word}stable_speeds": [_upwards(b.values, speeds, i, k) for i, k in at] for word, at in stretches.items()}
         listed.append({
             "type": b.kind.type, "name": b.kind.name, **second, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
