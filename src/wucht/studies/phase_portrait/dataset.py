@@ -1,10 +1,11 @@
-"""Findings -> the Dataset of a phase portrait: points and curves, where each curve goes, and the summary."""
+"""Findings -> the quantities of a phase portrait: points and curves, and where each curve goes."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from wucht.numerics.angles import within_half_a_turn
 from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, FixedPoint
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED, FAILED, FIXED_POINT, KINKS, LENGTH, PhaseCurve
-from wucht.results.conventions import Variable, answered, assuming, variable
+from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.phase_portrait.prepare import Case, Plan
 from wucht.studies.phase_portrait.run import Findings, Found
 
@@ -24,47 +25,53 @@ _GRID = 161  # points a side at which the rates of nullclines are given
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of phase portraits.
-
-    Coordinates: state (the names of the two), case and value (of the parameter ``along``) where there are several portraits.
-    Variables, padded with not a number: fixed_points (fixed_point, state), fixed_point_kind, eigenvalues_real, eigenvalues_imag
-    (fixed_point, mode), transverse_growth (fixed_point: the fastest out of the section, of a machine); separatrices
-    (separatrix, state, sample), separatrix_saddle, separatrix_stable, separatrix_end; trajectories (trajectory, state, sample),
-    trajectory_end; closed_curves (closed_curve, state, sample), closed_curve_kind, closed_curve_period; drawn (state, end): the
-    range of the figure; rate (state, ordinate, abscissa) where nullclines are asked for. abscissa, an attribute: which state.
-    """
-    import xarray as xr_
-
+    """The Dataset of phase portraits. Where there are several, each variable has them along its first dimension."""
     pairs = list(zip(plan.cases, findings.portraits, strict=False))  # a portrait may be missing
-    data = _of_points(plan, findings.portraits) | _of_curves(plan, findings.portraits)
-    abscissa = _abscissa(plan)
-    if plan.spec.nullclines:
-        data["rate"] = _rates(plan, len(pairs), abscissa)
-    coordinates: dict[str, Variable] = {
-        "state": variable("state", [a.name for a in plan.axes], "state"),
-        "state_label": variable("state", [a.long_name for a in plan.axes], "state in words"),
-        "state_unit": variable("state", [a.unit for a in plan.axes], "unit of the state"),
-        "turn": variable("state", plan.cases[0].plane.turns, "turn of an angle, 0 of another state", "rad"),
-    }
-    data["drawn"] = variable("state end", plan.drawn, "range of the figure")
-    if plan.spec.along is not None:
-        coordinates["case"] = variable("case", [c.label for c, _ in pairs], "case")
-        coordinates["value"] = variable("case", [c.value for c, _ in pairs], plan.spec.along)
-    result = xr_.Dataset(dict(data), coords=coordinates)
-    entries = [_summary(plan, case, found) for case, found in pairs]
-    several = plan.spec.along is not None
-    result = result if several else result.isel(case=0)
-    summary: dict[str, Any] = {"along": plan.spec.along, "cases": entries} if several else dict(entries[0])
-    sentences = [f"{c.label}: {e['sentence']}" if c.label else e["sentence"] for (c, _), e in zip(pairs, entries, strict=True)]
-    sentence = (f"{plan.model}: " if plan.model else "") + "; ".join(sentences)
-    if (made := plan.cases[0].section) is not None:
-        summary |= {"model": "averaged", "inertia": made.inertia, "order": made.order}
-    summary["sentence"] = sentence
+    along, made = plan.spec.along, plan.cases[0].section
+    answers, quantities = [_of_case(plan, *pair) for pair in pairs], _variables(plan, findings.portraits)
+    sentences = [_sentence(found) for _, found in pairs]
+    if along is None:
+        quantities = [*map(_of_the_only_case, quantities), *answers[0]]
+    else:
+        quantities += [
+            Quantity("case", [c.label for c, _ in pairs], "case", "", "case"),
+            Quantity("value", [c.value for c, _ in pairs], along, "", "case", coordinate=True),
+            Quantity("along", along, "parameter that differs"),
+            *_of_cases(answers, sentences),
+        ]
+    if made is not None:
+        quantities += [
+            Quantity("model", "averaged", "equations"),
+            Quantity("inertia", made.inertia, "whether they keep that of the balancing bodies"),
+            Quantity("order", made.order, "their order"),
+        ]
+    labelled = [f"{case.label}: {one}" if case.label else one for (case, _), one in zip(pairs, sentences, strict=True)]
+    sentence = (f"{plan.model}: " if plan.model else "") + "; ".join(labelled)
     warnings = [*plan.warnings, *(w for case, found in pairs for w in _warnings(plan, case, found))]
     if len(pairs) < len(plan.cases):
         warnings.append(f"{len(pairs)} of {len(plan.cases)} portraits are finished")
-    portrait = answered(result, summary, sentence, warnings, abscissa=abscissa, section=int(bool(plan.model)), model=plan.model)
-    return assuming(portrait, [plan.model] if plan.model else [])
+    assumed = [plan.model] if plan.model else []
+    return answer(
+        quantities, sentence, warnings, assumed, abscissa=_abscissa(plan), section=int(bool(plan.model)), model=plan.model
+    )
+
+
+def _of_the_only_case(q: Quantity) -> Quantity:
+    along, _, inner = (q.dimensions or "").partition(" ")
+    return replace(q, value=q.value[0], dimensions=inner) if along == "case" else q
+
+
+def _variables(plan: Plan, found: Sequence[Found]) -> list[Quantity]:
+    return [
+        Quantity("state", [a.name for a in plan.axes], "state", "", "state"),
+        Quantity("state_label", [a.long_name for a in plan.axes], "state in words", "", "state", coordinate=True),
+        Quantity("state_unit", [a.unit for a in plan.axes], "unit of the state", "", "state", coordinate=True),
+        Quantity("turn", plan.cases[0].plane.turns, "turn of an angle, 0 of another state", "rad", "state", coordinate=True),
+        *_of_points(plan, found),
+        *_of_curves(plan, found),
+        *([_rates(plan, len(found))] if plan.spec.nullclines else []),
+        Quantity("drawn", plan.drawn, "range of the figure", "", "state end"),
+    ]
 
 
 def _abscissa(plan: Plan) -> int:
@@ -92,24 +99,24 @@ def _words(texts: Sequence[Sequence[str]], items: int) -> np.ndarray:
     return whole
 
 
-def _of_points(plan: Plan, found: Sequence[Found]) -> dict[str, Variable]:
+def _of_points(plan: Plan, found: Sequence[Found]) -> list[Quantity]:
     points = [f.fixed.points for f in found]
     states = _padded([[_reported(plan, p.state) for p in each] for each in points], (2,))
-    per = f"1/{plan.time}" if plan.time else ""
-    many = states.shape[1]
+    per, many = _per_time(plan), states.shape[1]
     growth = [[float(out.real.max(initial=-math.inf)) if out.size else math.nan for out in f.transverse] for f in found]
     at, modes = "case fixed_point", "case fixed_point mode"
-    return {
-        "fixed_points": variable(f"{at} state", states, "fixed point"),
-        "fixed_point_kind": variable(at, _words([[p.kind for p in each] for each in points], many), "kind"),
-        "eigenvalues_real": variable(
-            modes, _padded([[p.eigenvalues.real for p in e] for e in points], (2,)), "real part of the eigenvalue", per
-        ),
-        "eigenvalues_imag": variable(
-            modes, _padded([[p.eigenvalues.imag for p in e] for e in points], (2,)), "imaginary part of the eigenvalue", per
-        ),
-        "transverse_growth": variable(at, _filled(growth, many), "fastest growth out of the section", per),
-    }
+    real, imag = (_padded([[part(p.eigenvalues) for p in e] for e in points], (2,)) for part in (np.real, np.imag))
+    return [
+        Quantity("fixed_points", states, "fixed point", "", f"{at} state"),
+        Quantity("fixed_point_kind", _words([[p.kind for p in each] for each in points], many), "kind", "", at),
+        Quantity("eigenvalues_real", real, "real part of the eigenvalue", per, modes),
+        Quantity("eigenvalues_imag", imag, "imaginary part of the eigenvalue", per, modes),
+        Quantity("transverse_growth", _filled(growth, many), "fastest growth out of the section", per, at),
+    ]
+
+
+def _per_time(plan: Plan) -> str:
+    return f"1/{plan.time}" if plan.time else ""
 
 
 def _filled(rows: Sequence[Sequence[float]], items: int) -> np.ndarray:
@@ -119,42 +126,44 @@ def _filled(rows: Sequence[Sequence[float]], items: int) -> np.ndarray:
     return whole
 
 
-def _of_curves(plan: Plan, found: Sequence[Found]) -> dict[str, Variable]:
+def _of_curves(plan: Plan, found: Sequence[Found]) -> list[Quantity]:
     separatrices = [[m.curve.states for m in f.separatrices] for f in found]
     both = [[np.concatenate([b.states[:, :0:-1], a.states], axis=1) for a, b in f.trajectories] for f in found]
     closed = [[c.states for c in f.closed] for f in found]
     lines = {"separatrix": separatrices, "trajectory": both, "closed_curve": closed}
     names = {"separatrix": "separatrices", "trajectory": "trajectories", "closed_curve": "closed_curves"}
-    data = {
-        names[one]: variable(f"case {one} state {one}_sample", _padded(curves, (2, -1)), one.replace("_", " "))
+    of_lines = [
+        Quantity(names[one], _padded(curves, (2, -1)), one.replace("_", " "), "", f"case {one} state {one}_sample")
         for one, curves in lines.items()
-    }
-    many = {one: max((len(c) for c in curves), default=0) for one, curves in lines.items()}
-    saddles = [[float(m.saddle) for m in f.separatrices] for f in found]
-    stable = [[float(m.stable) for m in f.separatrices] for f in found]
-    ends = [[_end_in_words(f, m.curve) for m in f.separatrices] for f in found]
-    finals = [[_end_in_words(f, a) for a, _ in f.trajectories] for f in found]
-    starts = [[float(b.states.shape[1] - 1) for _, b in f.trajectories] for f in found]
-    kinds, periods = [[c.kind for c in f.closed] for f in found], [[c.period for c in f.closed] for f in found]
-    return data | {
-        "separatrix_saddle": variable("case separatrix", _filled(saddles, many["separatrix"]), "saddle, by its number"),
-        "separatrix_stable": variable("case separatrix", _filled(stable, many["separatrix"]), "whether it goes to the saddle"),
-        "separatrix_end": variable("case separatrix", _words(ends, many["separatrix"]), "its other end"),
-        "trajectory_end": variable("case trajectory", _words(finals, many["trajectory"]), "where it goes"),
-        "trajectory_start": variable("case trajectory", _filled(starts, many["trajectory"]), "sample at which it was started"),
-        "closed_curve_kind": variable("case closed_curve", _words(kinds, many["closed_curve"]), "kind"),
-        "closed_curve_period": variable("case closed_curve", _filled(periods, many["closed_curve"]), "period", plan.time),
-    }  # fmt: skip
+    ]
+    separatrix, trajectory, closed_curve = (max(map(len, curves), default=0) for curves in lines.values())
+    saddles = _filled([[float(m.saddle) for m in f.separatrices] for f in found], separatrix)
+    stable = _filled([[float(m.stable) for m in f.separatrices] for f in found], separatrix)
+    ends = _words([[_end_in_words(f, m.curve) for m in f.separatrices] for f in found], separatrix)
+    finals = _words([[_end_in_words(f, a) for a, _ in f.trajectories] for f in found], trajectory)
+    starts = _filled([[float(b.states.shape[1] - 1) for _, b in f.trajectories] for f in found], trajectory)
+    kinds = _words([[c.kind for c in f.closed] for f in found], closed_curve)
+    periods = _filled([[c.period for c in f.closed] for f in found], closed_curve)
+    return [
+        *of_lines,
+        Quantity("separatrix_saddle", saddles, "saddle, by its number", "", "case separatrix"),
+        Quantity("separatrix_stable", stable, "whether it goes to the saddle", "", "case separatrix"),
+        Quantity("separatrix_end", ends, "its other end", "", "case separatrix"),
+        Quantity("trajectory_end", finals, "where it goes", "", "case trajectory"),
+        Quantity("trajectory_start", starts, "sample at which it was started", "", "case trajectory"),
+        Quantity("closed_curve_kind", kinds, "kind", "", "case closed_curve"),
+        Quantity("closed_curve_period", periods, "period", plan.time, "case closed_curve"),
+    ]
 
 
-def _rates(plan: Plan, cases: int, abscissa: int) -> Variable:
+def _rates(plan: Plan, cases: int) -> Quantity:
     """The rates over the figure, at even places."""
-    axes = [np.linspace(low, high, _GRID) for low, high in plan.drawn]
+    abscissa, axes = _abscissa(plan), [np.linspace(low, high, _GRID) for low, high in plan.drawn]
     across, up = np.meshgrid(axes[abscissa], axes[1 - abscissa])
     at = np.empty((2, _GRID * _GRID))
     at[abscissa], at[1 - abscissa] = across.ravel(), up.ravel()
     rates = [case.plane.rates(at).reshape(2, _GRID, _GRID) for case in plan.cases[:cases]]
-    return variable("case state ordinate abscissa", np.array(rates), "rate of the state")
+    return Quantity("rate", np.array(rates), "rate of the state", "", "case state ordinate abscissa")
 
 
 def _end_in_words(found: Found, curve: PhaseCurve) -> str:
@@ -163,7 +172,7 @@ def _end_in_words(found: Found, curve: PhaseCurve) -> str:
     return f"closed curve {curve.index + 1}" if curve.end == CLOSED else curve.end
 
 
-def _summary(plan: Plan, case: Case, found: Found) -> dict[str, Any]:
+def _sentence(found: Found) -> str:
     kinds = Counter(p.kind for p in found.fixed.points)
     counted = ", ".join(f"{n} {kind if n == 1 or kind == DEGENERATE else _several(kind)}" for kind, n in kinds.items())
     shown = "" if not found.fixed.complete else " (proved to be all)" if counted else " (proved)"
@@ -171,16 +180,52 @@ def _summary(plan: Plan, case: Case, found: Found) -> dict[str, Any]:
     if found.closed:
         each = Counter("closed curve of a family" if c.neutral else f"{c.kind} closed curve" for c in found.closed)
         sentence += ", " + ", ".join(f"{n} {kind.replace('curve', 'curves') if n > 1 else kind}" for kind, n in each.items())
-    return {
-        "label": case.label,
-        "value": case.value,
-        "sentence": sentence,
-        "fixed_points": [_point(plan, case, found, k) for k in range(len(found.fixed.points))],
-        "separatrices": [_separatrix(found, m) for m in found.separatrices],
-        "closed_curves": [_closed(plan, case, found, k) for k in range(len(found.closed))],
-        "complete": found.fixed.complete,
-        "shown": f"{found.fixed.shown}; closed curves are those that {found.followed} followed curves met",
-    }
+    return sentence
+
+
+def _of_case(plan: Plan, case: Case, found: Found) -> list[Quantity]:
+    """What the summary has of a portrait."""
+    per, states = _per_time(plan), {a.name: (a.long_name, a.unit) for a in plan.axes}
+    kind, stable = {"kind": ("kind", "")}, {"stable": ("whether it is stable", "")}
+    of_points = kind | stable | states | {
+        "state": ("states there", ""), "eigenvalues": ("eigenvalues", per), "transverse": ("those out of the section", per),
+        "eigenvalues_phi": ("eigenvalues over the angle of the main rotor", ""),
+        "transverse_phi": ("those out of the section over this angle", ""),
+    }  # fmt: skip
+    of_separatrices = {
+        "saddle": ("its saddle, by its number", ""), "stable": ("whether it goes to the saddle", ""),
+        "side": ("side of the saddle", ""), "end": ("why it ends", ""), "to": ("its other end in words", ""),
+        "fixed_point": ("fixed point at its other end", ""), "closed_curve": ("closed curve at its other end", ""),
+        "gap": ("distance from that", ""), "length": ("length in windows", ""), "error": ("error of its begin", ""),
+        "state": ("states at its other end", ""),
+    }  # fmt: skip
+    of_closed = kind | states | {
+        "period": ("period", plan.time), "period_phi": ("period in the angle of the main rotor", ""),
+        "multiplier": ("multiplier", ""), "turns": ("turns of the states in a period", ""),
+        "min": ("least states", ""), "max": ("largest states", ""),
+    }  # fmt: skip
+    points = [_point(plan, case, found, k) for k in range(len(found.fixed.points))]
+    closed = [_closed(plan, case, found, k) for k in range(len(found.closed))]
+    shown = f"{found.fixed.shown}; closed curves are those that {found.followed} followed curves met"
+    return [
+        Quantity("label", case.label, "name of the portrait"),
+        Quantity("value", case.value, "value of the parameter that differs"),
+        *table("fixed_points", points, "fixed points", of_points),
+        *table("separatrices", [_separatrix(found, m) for m in found.separatrices], "separatrices", of_separatrices),
+        *table("closed_curves", closed, "closed curves", of_closed),
+        Quantity("complete", found.fixed.complete, "whether all fixed points are known"),
+        Quantity("shown", shown, "how that is shown"),
+    ]
+
+
+def _of_cases(answers: Sequence[Sequence[Quantity]], sentences: Sequence[str]) -> list[Quantity]:
+    """A table of several portraits, each with its own sentence."""
+    rows, parts = [], {"sentence": ("portrait in words", "")}
+    for quantities, sentence in zip(answers, sentences, strict=True):
+        rows.append({q.name: q.value for q in quantities} | {"sentence": sentence})
+        for q in quantities:
+            parts |= {q.name: (q.what, q.unit), **q.parts}
+    return table("cases", rows, "portraits", parts)
 
 
 def _several(kind: str) -> str:
