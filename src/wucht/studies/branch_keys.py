@@ -1,33 +1,27 @@
-"""Keys that questions about branches of steady states and of orbits share, and the names that their results keep free."""
+"""Keys of questions about branches of steady states and of orbits, and how summaries state the values of parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from wucht.dynamics.parameters import parameter_of
-from wucht.errors import InputError
-from wucht.files.own_equations import OwnEquations
-from wucht.machines.machine import Machine
-from wucht.schema import Parameter, Unit
+from wucht.schema import Unit
 
 NAMES = ("compensating", "together", "opposed")
-RESERVED = frozenset({  # keys of the summary, beside which stands the name of a parameter of equations
-    "kind", "speed", "state", "amplitude", "branch", "frequency", "type", "name", "label", "stable", "stable_speeds",
-    "partly_stable", "partly_stable_speeds", "partly_stable_shares",
-    "range", "second_range", "ends", "family_dimension", "multiplicity", "of",
-    "coefficients", "special_points",
-})  # fmt: skip
+VALUES = ("value", "second_value")
 
 
-def free_parameter(subject: Machine | OwnEquations, path: str, key: str) -> Parameter:
-    """The parameter of a path. Raises ``InputError`` where there is none, or where results have a key of its name."""
-    parameter = parameter_of(subject, path, key)
-    if isinstance(subject, OwnEquations) and path in RESERVED:
-        raise InputError(f"study.{key}", path, "in the results this is the name of something else: rename the parameter")
-    return parameter
+def with_values(
+    entry: Mapping[str, Any], paths: Sequence[str], values: Sequence[float], optional: Sequence[str] = ()
+) -> dict[str, Any]:
+    """An entry of a summary with the values of its parameters: under ``value`` and ``second_value``, and under their names.
+
+    A name that is another key of the table keeps that meaning. optional: keys that only some entries of the table have.
+    """
+    named = {path: value for path, value in zip(paths, values, strict=True) if path not in optional}
+    return named | dict(zip(VALUES, values, strict=False)) | dict(entry)
 
 
 def _names(given: Any) -> Any:

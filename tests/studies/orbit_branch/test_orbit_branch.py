@@ -61,6 +61,21 @@ def test_its_ends_are_a_hopf_point_and_the_range() -> None:
     assert "a Hopf point" in s["sentence"]
 
 
+def test_a_parameter_may_have_the_name_of_a_key() -> None:
+    """The circles once more, with a parameter whose name is a key of special points and of ends."""
+    described = {
+        "parameters": {"hidden": 1.0},
+        "definitions": {"s": "hidden - x^2 - y^2", "w": "2 + hidden"},
+        "states": {"x": "s*x - w*y", "y": "w*x + s*y"},
+    }
+    box = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
+    asked = OrbitBranch(along="hidden", range=(-1.0, 2.0), at=1.0, values=(0.5,), start={"x": 0.5}, ranges=box)
+    result = run(asked, own(described))
+    assert result.wucht.summary["orbits"][0]["value"] == 0.5
+    assert {e["kind"]: pytest.approx(e["value"], abs=1e-8) for e in result.wucht.summary["ends"]} == {"hopf": 0.0, "range": 2.0}
+    assert any(line.startswith("  orbit        hidden = 0.5") for line in report(result))
+
+
 def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
     drawn = figure(circles())
     assert len(drawn.axes) == 4

@@ -19,7 +19,6 @@ from wucht.files.catalogue import load_machine
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.jacobian import Jacobian
-from wucht.studies.branch_keys import RESERVED
 from wucht.studies.runner import report, run
 from wucht.studies.speed_curve.report import in_words
 from wucht.studies.speed_curve.spec import SpeedCurve
@@ -270,17 +269,25 @@ def test_how_completeness_is_shown_is_told_for_all_searches() -> None:
     assert 390 < float(s["shown"].split(" to ")[1].split()[0]) < 410
 
 
-@pytest.mark.parametrize("name", ["speed", "kind", "stable", "ends"])
-def test_parameters_with_the_name_of_a_key_are_refused(name: str) -> None:
-    with refused("study.along"):
-        summary(own_equations(f"{name} - x**2", name), along=name, range=[-1, 1], ranges={"x": [-2, 2]})
+@pytest.mark.parametrize("name", ["speed", "kind", "value", "second_value", "mu"])
+def test_a_parameter_may_have_the_name_of_a_key(name: str) -> None:
+    """The fold of x' = p - x^2 is at p = 0, whatever p is called; the other meaning of the key stays."""
+    r = run(SpeedCurve(along=name, range=[-1, 1], ranges={"x": [-2, 2]}), own_equations(f"{name} - x**2", name))
+    (fold,) = r.wucht.summary["special_points"]
+    assert fold["kind"] == "fold" and fold["value"] == fold["speed"] == pytest.approx(0, abs=1e-6)
+    assert fold["frequency"] is None
+    assert (name in fold) == (name != "second_value")
+    assert any(line.startswith(f"  fold         {name} = ") for line in report(r))
 
 
-def test_all_keys_beside_which_a_parameter_stands_are_refused_as_names() -> None:
-    s = summary(load_machine(TABLE), along="u", range=[1, 3], second="sigma", second_range=[0.08, 0.12], points=1)
-    keys = {k for group in ("special_points", "branches", "curves") for one in s[group] for k in one}
-    keys |= {k for c in s["curves"] for p in c["special_points"] for k in p}
-    assert s["curves"] and keys - {"u", "sigma"} <= RESERVED
+def test_two_parameters_may_have_the_names_of_keys() -> None:
+    x, speed, kind = sp.symbols("x speed kind", real=True)
+    cusp = OwnEquations(System((x,), (speed + kind * x - x**3,), (speed, kind)), {"speed": 0.0, "kind": 0.5})
+    asked = {"along": "speed", "range": [-1, 1], "second": "kind", "ranges": {"x": [-2, 2]}}
+    (curve,) = summary(cusp, second_range=[-0.5, 1], **asked)["curves"]
+    (point,) = curve["special_points"]
+    assert point["kind"] == "cusp" and (point["value"], point["second_value"]) == pytest.approx((0, 0), abs=1e-6)
+    assert [b["second_value"] for b in summary(cusp, second_values=[0.1, 0.5], **asked)["branches"]] == [0.1, 0.5]
 
 
 def test_a_continuum_of_equilibria_is_said_to_be_none_of_isolated_points() -> None:

@@ -137,7 +137,7 @@ def test_the_state_as_it_is_of_a_family_may_be_stable_in_part() -> None:
     }
 
 
-POINT = {"mu": 2.5, "speed": 3.0, "amplitude": None, "frequency": None}
+POINT = {"value": 2.5, "speed": 3.0, "amplitude": None, "frequency": None}
 
 
 def test_the_lines_of_special_points_and_of_curves() -> None:
@@ -145,7 +145,7 @@ def test_the_lines_of_special_points_and_of_curves() -> None:
     points = [POINT | {"kind": "hopf", "frequency": 0.25}, POINT | {"kind": "some-stable", "amplitude": 0.5}]
     curve = {
         "of": "hopf", "name": None, "range": [1.0, 2.0], "second_range": [3.0, 4.0],
-        "special_points": [{"kind": "cusp", "mu": 1.25, "shift": 3.5}],
+        "special_points": [{"kind": "cusp", "value": 1.25, "second_value": 3.5}],
     }  # fmt: skip
     curves = [curve, curve | {"of": "fold", "name": "together", "special_points": []}]
     told = lines(with_answer(made, special_points=points, curves=curves, second="shift", second_unit="N"))
@@ -158,7 +158,7 @@ def test_the_lines_of_special_points_and_of_curves() -> None:
     ]
     unit = result(branch(1, 10))
     unit.special_frequency.attrs["units"] = "rad/s"
-    told = lines(with_answer(unit, special_points=[points[0] | {"shift": 7.0}], second="shift", second_unit="N"))
+    told = lines(with_answer(unit, special_points=[points[0] | {"second_value": 7.0}], second="shift", second_unit="N"))
     assert told[3] == "  hopf         mu = 2.5, shift = 7 N: x = 3, oscillation with 0.25 rad/s"
     many = lines(with_answer(made, special_points=[points[0]] * 18))
     assert many[3:20] == ["  hopf         mu = 2.5: x = 3, oscillation with 0.25"] * 16 + [

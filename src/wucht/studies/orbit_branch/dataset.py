@@ -11,6 +11,7 @@ from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.branches.single_orbits import ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
 from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.branch_keys import with_values
 from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady, rate_unit
 from wucht.studies.orbit_branch.prepare import Plan
 
@@ -51,21 +52,21 @@ def _pairs(values: np.ndarray) -> list[list[float]]:
 
 def _orbit(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
     by_phi = one.period / one.period_phi if plan.problem.rotor else None
-    return {
-        plan.along.path: one.value, "kind": one.kind or None, "branch": branch,
+    return with_values({
+        "kind": one.kind or None, "branch": branch,
         "period": one.period, "period_phi": one.period_phi if plan.problem.rotor else None,
         "min_speed": one.low, "max_speed": one.high, "min_amplitude": one.least, "max_amplitude": one.largest,
         "exponents": _pairs(one.exponents),
         "exponents_phi": None if by_phi is None else _pairs(one.exponents * by_phi),
         "stable": bool(one.exponents.real.max(initial=-np.inf) < 0) if not one.kind else None,
-    }  # fmt: skip
+    }, [plan.along.path], [one.value])  # fmt: skip
 
 
 def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
     node, connection = end.saddle_node, end.connection
     names = plan.problem.system.state_names
-    return {
-        plan.along.path: end.parameter, "kind": end.kind, "branch": branch, "error": end.error, "period": end.period,
+    return with_values({
+        "kind": end.kind, "branch": branch, "error": end.error, "period": end.period,
         "sentence": end.sentence,
         "state": dict(zip(names, end.equilibrium.tolist(), strict=True)) if len(end.equilibrium) else None,
         "eigenvalues": _pairs(end.eigenvalues),
@@ -76,7 +77,7 @@ def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
                 "residual": connection.residual,
             },
         },
-    }  # fmt: skip
+    }, [plan.along.path], [end.parameter])  # fmt: skip
 
 
 def _special(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
@@ -86,11 +87,11 @@ def _special(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
         mean, low, high = (branch.joined(name) for name in ("mean", "low", "high"))
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
             phi = float(periods[i] * abs(mean[i])) if plan.problem.rotor else None
-            listed.append({
-                "kind": branch.kinds[i], plan.along.path: float(values[i]), "branch": k, "period": float(periods[i]),
+            listed.append(with_values({
+                "kind": branch.kinds[i], "branch": k, "period": float(periods[i]),
                 "period_phi": phi, "min_speed": float(low[i]), "max_speed": float(high[i]),
                 **({} if (of := branch.hidden[i]) is None else {"hidden": of.kind, "between": list(of.between)}),
-            })  # fmt: skip
+            }, [plan.along.path], [float(values[i])], ["hidden", "between"]))  # fmt: skip
     return listed
 
 
@@ -140,7 +141,7 @@ def _of_question(plan: Plan) -> list[Quantity]:
 
 def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> list[Quantity]:
     s, value, rate = plan.problem, (plan.along.words, plan.along.unit), rate_unit(plan)
-    place = {plan.along.path: value, "branch": ("branch", ""), "period": ("period", s.time)}
+    place = {plan.along.path: value, "value": value, "branch": ("branch", ""), "period": ("period", s.time)}
     motion = {
         "kind": ("kind of the special orbit", ""), "period_phi": ("period in the angle of the main rotor", ""),
         "min_speed": (f"least {s.shown}", s.unit), "max_speed": (f"largest {s.shown}", s.unit),
@@ -160,8 +161,11 @@ def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, Branch
         "begun": ("where the branch was begun", ""), "range": value, "winding": ("turns of the angles in a period", ""),
         "stable": (f"ranges of the {value[0]} in which orbits are stable", value[1]),
     }  # fmt: skip
-    of_tried = {plan.along.path: value, "found": ("result of the run", "")}
-    reported, tried = findings.reported, [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried]
+    of_tried = {plan.along.path: value, "value": value, "found": ("result of the run", "")}
+    reported, tried = (
+        findings.reported,
+        [with_values({"found": t.sentence}, [plan.along.path], [t.value]) for t in findings.tried],
+    )
     return [
         *table("orbits", [_orbit(plan, k, one) for k, one in reported], "orbits", place | motion | of_one),
         *table("special_points", _special(plan, findings), "special orbits", place | motion | hidden),

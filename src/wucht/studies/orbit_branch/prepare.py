@@ -11,7 +11,6 @@ from wucht.errors import InputError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter
-from wucht.studies.branch_keys import free_parameter
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.spec import Quantity
 
@@ -31,7 +30,7 @@ class Plan:
 
 def prepare(spec: OrbitBranch, subject: Machine | OwnEquations) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
-    along = (parameter_of if spec.ranges is None else free_parameter)(subject, spec.along, "along")
+    along = parameter_of(subject, spec.along, "along")
     bounds = ends_of(subject, along, spec.range)
     at = _within(subject, along, bounds, spec.at, "at")
     values = _within(subject, along, bounds, spec.values, "values")

@@ -26,7 +26,7 @@ def report(result: xr.Dataset) -> list[str]:
         )
         lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
     for p in s["special_points"][:_MOST]:
-        where = f"{along} = {p[along]:.8g}{unit}"
+        where = f"{along} = {p['value']:.8g}{unit}"
         if "hidden" in p:
             where = f"{along} from {p['between'][0]:.8g} to {p['between'][1]:.8g}{unit}: a {p['hidden']} that was not located"
         lines.append(f"  {p['kind']:12} {where}: {_period(result, p)}")
@@ -51,4 +51,4 @@ def _orbit(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) -> str:
     word = "" if o["stable"] is None else (", stable" if o["stable"] else ", unstable")
     growth = "" if largest is None else f", largest exponent {largest[0]:.5g}{word}"
     range_ = f"{speed(o['min_speed'])} to {speed(o['max_speed'])}"
-    return f"  orbit        {along} = {o[along]:.6g}{unit}: {_period(result, o)}, {range_}{growth}"
+    return f"  orbit        {along} = {o['value']:.6g}{unit}: {_period(result, o)}, {range_}{growth}"

@@ -14,6 +14,7 @@ from wucht.dynamics.branches.family_curve import LOOKED_AT
 from wucht.dynamics.branches.steady_states import SteadyStates
 from wucht.dynamics.branches.steady_states import in_words as speeds_in_words
 from wucht.results.quantities import Quantity, answer, table
+from wucht.studies.branch_keys import VALUES, with_values
 from wucht.studies.speed_curve.curve_variables import (
     Special,
     of_branches,
@@ -103,7 +104,8 @@ def _of_question(plan: Plan) -> list[Quantity]:
 def _of_branches(plan: Plan, findings: BranchFindings, found: Sequence[Special], own: Sequence[Any]) -> list[Quantity]:
     words, at = plan.case.states.words, (plan.along.words, plan.along.unit)
     at_ends, dimension = (f"{words.shown} at their ends", words.unit), ("dimension of the family", "")
-    values = {p.path: (p.words, p.unit) for p in (plan.along, plan.second) if p is not None}
+    free = [(p, (p.words, p.unit)) for p in (plan.along, plan.second) if p is not None]
+    values = {p.path: words for p, words in free} | {key: words for key, (_, words) in zip(VALUES, free, strict=False)}
     kind = {"name": ("kind of steady state", ""), "type": ("type of 002, section 5.1", "")}
     place = {
         "speed": (words.shown, words.unit), "amplitude": ("amplitude of the axis", words.length),
@@ -169,11 +171,10 @@ def _rounded(states: SteadyStates, shown: float) -> float:
 def _of_special(plan: Plan, s: Special) -> dict[str, Any]:
     states = dict(plan.case.curves)[s.second]
     second = {} if plan.second is None or s.second is None else {plan.second.path: s.second}
-    return {
-        "kind": s.kind, plan.along.path: _near_zero(plan, s.u[-1]), **second, "speed": _rounded(states, s.speed),
-        "state": dict(states.stated(s.u)),
+    return with_values({
+        "kind": s.kind, "speed": _rounded(states, s.speed), "state": dict(states.stated(s.u)),
         "amplitude": s.amplitude, "branch": s.branch, "frequency": s.frequency,
-    }  # fmt: skip
+    }, [plan.along.path, *second], [_near_zero(plan, s.u[-1]), *second.values()], ["second_value"])  # fmt: skip
 
 
 def _branches(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
@@ -181,12 +182,12 @@ def _branches(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     for b in findings.branches:
         states = dict(plan.case.curves)[b.second]
         speeds = [_rounded(states, float(speed)) for speed in states.ordinates(b.u).speed]
-        second = {} if plan.second is None or b.second is None else {plan.second.path: b.second}
+        second = {} if plan.second is None or b.second is None else {plan.second.path: b.second, "second_value": b.second}
         stretches = {"": b.intervals(Stability.ALL), "partly_": b.intervals(Stability.SOME)}
         spans = {f"{word}stable": [_span(plan, b.values[i : k + 1]) for i, k in at] for word, at in stretches.items()}
         at_ends = {f"{word}stable_speeds": [_upwards(b.values, speeds, i, k) for i, k in at] for word, at in stretches.items()}
         listed.append({
-            "type": b.kind.type, "name": b.kind.name, **second, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
+            **second, "type": b.kind.type, "name": b.kind.name, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
             **spans, **at_ends,
             "partly_stable_shares": [_upwards(b.values, b.stable_share, i, k) for i, k in stretches["partly_"]],
             "range": _span(plan, b.values), "ends": list(b.ends),
@@ -212,16 +213,15 @@ def _curves(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
     for c in findings.curves:
         speeds = states.ordinates(c.u[:-1]).speed
         special = [
-            {
-                "kind": c.kinds[i], plan.along.path: float(c.u[-2, i]), plan.case.plane.path: float(c.u[-1, i]),
-                "speed": float(speeds[i]), "state": dict(states.stated(c.u[:-1, i])), "coefficients": dict(c.coefficients[i]),
-            }
+            with_values({
+                "kind": c.kinds[i], "speed": float(speeds[i]), "state": dict(states.stated(c.u[:-1, i])),
+                "coefficients": dict(c.coefficients[i]),
+            }, [plan.along.path, plan.case.plane.path], c.u[-2:, i].tolist())
             for i in np.flatnonzero([bool(kind) for kind in c.kinds]).tolist()
         ]  # fmt: skip
         listed.append({
             "of": c.of, "type": c.kind.type, "name": c.kind.name,
-            "range": [float(c.u[-2].min()), float(c.u[-2].max())],
-            "second_range": [float(c.u[-1].min()), float(c.u[-1].max())],
+            **{key: [float(u.min()), float(u.max())] for key, u in zip(("range", "second_range"), c.u[-2:], strict=True)},
             "special_points": special, "ends": list(c.ends),
         })  # fmt: skip
     return listed

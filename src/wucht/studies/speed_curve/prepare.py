@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.parameters import ends_of, values_of
+from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.errors import InputError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter
-from wucht.studies.branch_keys import free_parameter
 from wucht.studies.speed_curve.spec import SpeedCurve
 
 
@@ -27,9 +26,9 @@ class Plan:
 
 def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
-    along = free_parameter(subject, spec.along, "along")
+    along = parameter_of(subject, spec.along, "along")
     bounds = ends_of(subject, along, spec.range)
-    second = None if spec.second is None else free_parameter(subject, spec.second, "second")
+    second = None if spec.second is None else parameter_of(subject, spec.second, "second")
     plane, values = None, None
     if second is not None and spec.second_range is not None:
         limits = ends_of(subject, second, spec.second_range, "second_range")

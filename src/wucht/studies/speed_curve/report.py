@@ -80,7 +80,9 @@ def _of_branches(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
 
     lines = []
     for k, branch in enumerate(s["branches"][:_MOST]):
-        second = f" at {s['second']} = {branch[s['second']]:.6g} {s['second_unit']}".rstrip() if s["second"] in branch else ""
+        second = (
+            f" at {s['second']} = {branch['second_value']:.6g} {s['second_unit']}".rstrip() if "second_value" in branch else ""
+        )
         of, stable, partly = branch["family_dimension"], stretches(branch, ""), stretches(branch, "partly_")
         verdict = f"stable at {along} from {stable}" if stable else "nowhere stable"
         if of and stable:
@@ -101,8 +103,8 @@ def _of_points(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
     lines, along, unit = [], s["along"], f" {s['along_unit']}".rstrip()
     of_second, shown = f" {s['second_unit'] or ''}".rstrip(), "speed " if s["show"] is None else f"{s['show']} = "
     for p in s["special_points"][:_MOST]:
-        second = f", {s['second']} = {p[s['second']]:.6g}{of_second}" if s["second"] in p else ""
-        at = f"{along} = {p[along]:.7g}{unit}{second}"
+        second = f", {s['second']} = {p['second_value']:.6g}{of_second}" if "second_value" in p else ""
+        at = f"{along} = {p['value']:.7g}{unit}{second}"
         beside = "" if p["frequency"] is None else f", oscillation with {p['frequency']:.5g} {_frequency(result)}".rstrip()
         beside += f"; {_BESIDE[p['kind']]}" if p["kind"] in _BESIDE else ""
         lines.append(f"  {p['kind']:12} {at}: {shown}{speed(p['speed'])}{amplitude(p['amplitude'])}{beside}")
@@ -113,7 +115,9 @@ def _of_points(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
         where = f"{along} from {low:.5g} to {high:.5g}{unit}, {s['second']} from {least:.5g} to {most:.5g}{of_second}"
         lines.append(f"  curve of {_CURVES[c['of']]}{', ' if c['name'] else ''}{c['name'] or ''}: {where}")
         for p in c["special_points"]:
-            lines.append(f"    {p['kind']:16} {along} = {p[along]:.7g}{unit}, {s['second']} = {p[s['second']]:.7g}{of_second}")
+            lines.append(
+                f"    {p['kind']:16} {along} = {p['value']:.7g}{unit}, {s['second']} = {p['second_value']:.7g}{of_second}"
+            )
     for state in s["states"]:
         word, value = "stable" if state["stable"] else "unstable", f"at {along} = {s['value']:.6g}{unit}"
         if not state["stable"] and state["stable_share"]:
