@@ -20,8 +20,7 @@ from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_document, names
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.orbit_branch.prepare import Plan, prepare
-from wucht.studies.orbit_branch.run import run
+from wucht.studies.orbit_branch.computation import Plan, prepare, run
 from wucht.studies.study_file import read_study
 
 pytestmark = pytest.mark.slow

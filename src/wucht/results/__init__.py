@@ -1,1 +1,1 @@
-"""Results: the Dataset's conventions, outcome labels, store and provenance."""
+"""Results: quantities, the Dataset that they make and what it says of itself, store and provenance."""

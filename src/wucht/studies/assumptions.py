@@ -1,7 +1,7 @@
 """What every answer assumes, in words: which equations, how fast what turns, and where bodies start. Said here alone.
 
 A study says by its spec which equations it solves (``Spec.equations``) and whether it holds the speed (``Spec.turning``); what
-depends on more than that it gives beside its warnings (``results.conventions.answered``).
+depends on more than that it gives beside its warnings (``results.quantities.answer``).
 """
 
 from __future__ import annotations

@@ -24,8 +24,7 @@ class Spec(Described):
     choice: setting one from the command line replaces the others. horizon: keys that only say how far the study goes.
     meaning: keys that mean something else in each study, so that a file written for another study does not answer them.
     tiled: whether the study has independent units of work (``Work.units``), which can be computed by several machines.
-    curves, headline: what is looked at first where several results are compared: variables of the result, x and y of each
-    curve, and numbers of its summary, those in tables by path.
+    curves: variables of the result, x and y of each curve that is drawn where several results are compared.
     without_inertia: whether averaged equations leave out that of balancing bodies by default, where all of them are damped.
     solves: which equations, where the study itself decides that: see ``equations``.
     from_start: whether it runs the machine from ``start``: where bodies are that this does not name is then assumed.
@@ -37,7 +36,6 @@ class Spec(Described):
     meaning: ClassVar[tuple[str, ...]] = ("range", "along", "values", "rate", "points")
     tiled: ClassVar[bool] = False
     curves: ClassVar[tuple[tuple[str, str], ...]] = ()
-    headline: ClassVar[tuple[str, ...]] = ()
     without_inertia: ClassVar[bool] = False
     solves: ClassVar[str] = ""
     from_start: ClassVar[bool] = False

@@ -63,7 +63,7 @@ def compared(variant: Variant, result: xr.Dataset) -> Compared:
     numbers = _numbers(summary)
     units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
     pairs = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
-    shown = tuple(result.wucht.headlines) or spec.headline
+    shown = tuple(result.wucht.headlines)
     return Compared(
         kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, numbers, units, shown,
         tuple(result.wucht.warnings), tuple(result.wucht.assumed), tuple(pairs),

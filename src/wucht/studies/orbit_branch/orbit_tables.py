@@ -12,7 +12,7 @@ from wucht.dynamics.branches.orbit_diagram import OrbitFindings
 from wucht.numerics.periodic.branch_ends import BranchEnd
 from wucht.results.quantities import Quantity
 from wucht.studies.branch_variables import joined, of_steady_branches
-from wucht.studies.orbit_branch.prepare import Plan
+from wucht.studies.orbit_branch.computation import Plan
 
 _ANGLE = "angle of the main rotor"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -151,7 +150,7 @@ def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
 
 
 def _over(result: xr.Dataset) -> str:
-    return str(json.loads(result.attrs["input"])["study"].get("over", "time"))
+    return str(result.wucht.spec.get("over", "time"))
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:

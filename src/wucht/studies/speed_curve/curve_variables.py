@@ -15,7 +15,7 @@ from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.quantities import Quantity
 from wucht.studies.branch_variables import joined, of_steady_branches
-from wucht.studies.speed_curve.prepare import Plan
+from wucht.studies.speed_curve.computation import Plan
 from wucht.studies.speed_curve.report import label_of
 
 _ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches

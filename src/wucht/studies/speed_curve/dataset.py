@@ -15,6 +15,7 @@ from wucht.dynamics.branches.steady_states import SteadyStates
 from wucht.dynamics.branches.steady_states import in_words as speeds_in_words
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.branch_keys import VALUES, with_values
+from wucht.studies.speed_curve.computation import Plan
 from wucht.studies.speed_curve.curve_variables import (
     Special,
     of_branches,
@@ -25,7 +26,6 @@ from wucht.studies.speed_curve.curve_variables import (
     specials,
     unit_of_frequency,
 )
-from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import counted, in_words, label_of
 
 if TYPE_CHECKING:

@@ -1,10 +1,10 @@
-"""Findings -> the quantities of a phase portrait: points and curves, and where each curve goes."""
+"""Findings -> the quantities of phase portraits, and their lines in a report."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,11 @@ from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, 
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED, FAILED, FIXED_POINT, KINKS, LENGTH, PhaseCurve
 from wucht.results.quantities import Quantity, answer, table
-from wucht.studies.phase_portrait.prepare import Case, Plan
-from wucht.studies.phase_portrait.run import Findings, Found
+from wucht.studies.phase_portrait.computation import Case, Findings, Found, Plan
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _GRID = 161  # points a side at which the rates of nullclines are given
 
@@ -294,3 +294,48 @@ def _warnings(plan: Plan, case: Case, found: Found) -> list[str]:
     if any(m.curve.end == FIXED_POINT and found.fixed.points[m.curve.index].kind == SADDLE for m in found.separatrices):
         warnings.append(f"{about}a separatrix goes to a saddle: the least change of a parameter parts them")
     return warnings
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a phase portrait."""
+    s = result.wucht.summary
+    lines = [result.attrs["title"]]
+    if "cases" not in s:
+        lines += [f"verdict: {s['sentence']}", *_of_one(s)]
+    for case in s.get("cases", []):
+        lines += [f"{case['label']}: {case['sentence']}", *_of_one(case)]
+    if result.attrs["model"]:
+        how_far = "study.kind = 'approximation' compares them with the full equations"
+        lines.append(f"  equations: {result.attrs['model']}; {how_far}")
+    return lines
+
+
+def _of_one(s: Mapping[str, Any]) -> list[str]:
+    lines = []
+    for k, p in enumerate(s["fixed_points"], 1):
+        at = ", ".join(f"{name} {value:.7g}" for name, value in p["state"].items())
+        values = ", ".join(map(_number, p["eigenvalues"]))
+        beside = f"; out of the section {', '.join(map(_number, p['transverse']))}" if p.get("transverse") else ""
+        lines.append(f"  {k} {p['kind']:15} {at}; eigenvalues {values}{beside}")
+    for m in s["separatrices"]:
+        kind, side = "stable" if m["stable"] else "unstable", "one side" if m["side"] > 0 else "other side"
+        lines.append(f"  saddle {m['saddle'] + 1}, {kind} manifold, {side}: {_where(m['to'], m['stable'])}")
+    for k, c in enumerate(s["closed_curves"], 1):
+        turns = ", winding around" if any(c["turns"]) else ""
+        phi = f", {c['period_phi']:.7g} of the rotor's angle" if "period_phi" in c else ""
+        lines.append(f"  closed curve {k}: {c['kind']}{turns}, period {c['period']:.7g}{phi}")
+    lines.append(f"  fixed points: {s['shown']}")
+    return lines
+
+
+def _where(end: str, stable: bool) -> str:
+    """Whence a stable manifold comes, and where an unstable one goes."""
+    if end == "left the window":
+        return "comes from beyond the window" if stable else "leaves the window"
+    known = end.startswith(("stable", "unstable", "saddle", "closed", "centre", "degenerate"))
+    return f"{'comes from' if stable else 'goes to'} {end}" if known else f"followed no further: {end}"
+
+
+def _number(value: list[float]) -> str:
+    real, imag = value
+    return f"{real:.5g}" if not imag else f"{real:.5g}{imag:+.5g}i"

@@ -1,12 +1,14 @@
-"""Question and subject -> plan: the parameters, and the states along them."""
+"""Question and subject -> plan -> findings: the parameters, and the branches of steady states over them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
@@ -39,3 +41,8 @@ def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
     elif second is not None and spec.second_values is not None:
         values = second.path, values_of(subject, second, spec.second_values, "second_values")
     return Plan(along, second, bounds, BranchCase.of(subject, along.path, bounds, spec.settings, plane, values))
+
+
+def run(plan: Plan, work: Work) -> Iterator[BranchFindings]:
+    """The findings after each branch."""
+    return follow_branches(plan.case, work)

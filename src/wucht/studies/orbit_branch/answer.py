@@ -1,4 +1,4 @@
-"""Findings -> the quantities of a branch of orbits, and the answer in words."""
+"""Findings -> the quantities of a branch of orbits, and its lines in a report."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.branches.single_orbits import ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
+from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.branch_keys import with_values
+from wucht.studies.orbit_branch.computation import Plan
 from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady, rate_unit
-from wucht.studies.orbit_branch.prepare import Plan
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _PRODUCT = 0.1  # of ln of the multipliers' product: what it may be wrong by before it is noted
 _MOST_LOST = 4  # sentences on what was not found
@@ -221,3 +223,48 @@ def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
     if not findings.complete:
         lines.append("the search is not finished")
     return lines
+
+
+_MOST = 16  # orbits, and special points, named one by one
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a branch of orbits."""
+    s = result.wucht.summary
+    lines, along, unit = [result.attrs["title"], f"verdict: {s['sentence']}"], s["along"], f" {s['along_unit']}".rstrip()
+    for k, branch in enumerate(s["branches"]):
+        (low, high), stretches = branch["range"], ", ".join(f"{a:.7g} to {b:.7g}" for a, b in branch["stable"])
+        winding = ", ".join(f"{name} {turns:+d}" for name, turns in branch["winding"].items())
+        how = f"turns a period: {winding}" if winding else "all angles return"
+        stable = f"stable at {along} from {stretches}" if stretches else "nowhere stable"
+        lines.append(
+            f"  branch {k + 1}     from {branch['begun']}: {along} from {low:.7g} to {high:.7g}{unit}, {stable}; {how}"
+        )
+        lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
+    for p in s["special_points"][:_MOST]:
+        where = f"{along} = {p['value']:.8g}{unit}"
+        if "hidden" in p:
+            where = f"{along} from {p['between'][0]:.8g} to {p['between'][1]:.8g}{unit}: a {p['hidden']} that was not located"
+        lines.append(f"  {p['kind']:12} {where}: {_period(result, p)}")
+    lines += [_orbit_in_words(result, o, along, unit) for o in s["orbits"][:_MOST] if not o["kind"]]
+    if len(s["orbits"]) > _MOST:
+        lines.append(f"  and {len(s['orbits']) - _MOST} more orbits: see the Dataset")
+    if result.attrs["rotor"] and s["branches"]:
+        of = "disturbances that keep the bodies together alone" if s["section"] else "all their disturbances"
+        lines.append(f"  stability    in the averaged equations, of {of}; exponents: per unit of time")
+    return lines
+
+
+def _period(result: xr.Dataset, one: dict[str, Any]) -> str:
+    time = str(result.period.attrs["units"])
+    phi = "" if one["period_phi"] is None else f" ({one['period_phi']:.8g} of the rotor's angle)"
+    return f"period {one['period']:.8g} {time}".rstrip() + phi
+
+
+def _orbit_in_words(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) -> str:
+    speed = formats(result)[0] if result.attrs["rotor"] else "{:.6g}".format
+    largest = o["exponents"][0] if o["exponents"] else None
+    word = "" if o["stable"] is None else (", stable" if o["stable"] else ", unstable")
+    growth = "" if largest is None else f", largest exponent {largest[0]:.5g}{word}"
+    range_ = f"{speed(o['min_speed'])} to {speed(o['max_speed'])}"
+    return f"  orbit        {along} = {o['value']:.6g}{unit}: {_period(result, o)}, {range_}{growth}"

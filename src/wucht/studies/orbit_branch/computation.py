@@ -1,12 +1,14 @@
-"""Question and subject -> plan: the parameter, and the orbits over it."""
+"""Question and subject -> plan -> findings: the parameter, and the branches of orbits over it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from wucht.dynamics.branches.orbit_diagram import OrbitCase
+from wucht.dynamics.branches.orbit_diagram import OrbitCase, OrbitFindings, follow_orbits
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
+from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
@@ -48,3 +50,8 @@ def _within(
         if not bounds[0] <= value <= bounds[1]:
             raise InputError(f"study.{key}[{i}]", given[i], f"must lie in the range, {bounds[0]:g} to {bounds[1]:g}")
     return tuple(dict.fromkeys(values))
+
+
+def run(plan: Plan, work: Work) -> Iterator[OrbitFindings]:
+    """The findings after each step."""
+    return follow_orbits(plan.case, work)

@@ -1,25 +1,33 @@
-"""Question and subject -> plan: the planar System of each portrait, and its window."""
+"""Question and subject -> plan -> findings: the planar System of each portrait, its points and curves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from wucht.analysis.sections import Axis, Section
 from wucht.dynamics.parameters import parameter_of, values_of, with_parameters
+from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.phase_plane.closed_curves import ClosedCurve
+from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoints, fixed_points
+from wucht.numerics.phase_plane.manifolds import Manifold, manifold
+from wucht.numerics.phase_plane.phase_curves import PhaseCurve, Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.numerics.phase_plane.window import window_around
 from wucht.schema import Unit, read_quantity, refuse_unknown
 from wucht.studies.phase_portrait.section import section
 from wucht.studies.phase_portrait.spec import PhasePortrait
-from wucht.system import System
+from wucht.system import Output, System
 
 _NARROWEST = 1e-6  # of a range: below, nothing is left of differences
 _DRAWN_TURNS = 2  # of an angle, by default
@@ -183,3 +191,94 @@ def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, ...]) -> np.nda
 
 def _start(given: Any, axis: Axis, where: str) -> float:
     return read_quantity(Unit(axis.unit, axis.long_name), given, where)
+
+
+_KEPT = 3  # every so manyth sample of a curve: a figure shows no more
+_GOLDEN = 1.32471795724474602596  # x^3 = x + 1: M. Roberts' evenly spread sequence in the plane
+_TURNED = "turned"
+_LEAST = 4  # curves that are followed both ways, drawn or not: they meet closed curves
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A portrait. transverse: of each fixed point of a machine, the eigenvalues out of the section. trajectories: forwards and
+    backwards from each start. followed: how many curves were, those among them that are not drawn. turned: the angle of the
+    main rotor in a period of each closed curve."""
+
+    fixed: FixedPoints
+    transverse: tuple[np.ndarray, ...]
+    separatrices: tuple[Manifold, ...]
+    trajectories: tuple[tuple[PhaseCurve, PhaseCurve], ...]
+    closed: tuple[ClosedCurve, ...]
+    followed: int
+    turned: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The portraits that are done."""
+
+    portraits: tuple[Found, ...]
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """Portrait by portrait."""
+    done: list[Found] = []
+    for k, case in enumerate(plan.cases):
+        part = work.part(f"portrait {k + 1}", k / len(plan.cases), (k + 1) / len(plan.cases))
+        done.append(part.unit("curves", partial(_found, plan, case, part)))
+        yield Findings(tuple(done))
+
+
+def _found(plan: Plan, case: Case, work: Work) -> Found:
+    work.report(0.0, f"fixed points {case.label}".strip())
+    plane, made = case.plane, case.section
+    fixed = fixed_points(plane, partial(work.report, 0.0, "fixed points"))
+    portrait = Portrait(plane, fixed.points, plan.spec.length, watch=partial(work.report, 0.1, "separatrices"))
+    separatrices: list[Manifold] = []
+    for k, point in enumerate(fixed.points):
+        for stable, side in ((False, 1), (False, -1), (True, 1), (True, -1)) if point.kind == SADDLE else ():
+            separatrices.append(manifold(portrait, k, stable, side))
+    trajectories: list[tuple[PhaseCurve, PhaseCurve]] = []
+    starts = _places(plan, plane, plan.count) if plan.given is None else plan.given
+    drawn = starts.shape[1]
+    if drawn < _LEAST:
+        starts = np.concatenate([starts, _places(plan, plane, _LEAST)[:, drawn:]], axis=1)
+    for k, start in enumerate(starts.T):
+        portrait.watch = partial(work.report, 0.2 + 0.8 * k / starts.shape[1], "trajectories")
+        both = _thinned(portrait.follow(start, True)), _thinned(portrait.follow(start, False))
+        trajectories += [both] if k < drawn else []
+    return Found(
+        fixed,
+        tuple(made.transverse(p.state) for p in fixed.points) if made is not None else (),
+        tuple(replace(m, curve=_thinned(m.curve)) for m in separatrices),
+        tuple(trajectories),
+        tuple(portrait.closed),
+        len(separatrices) + 2 * starts.shape[1],
+        tuple(_turned(made, c) for c in portrait.closed) if made is not None else (),
+    )
+
+
+def _places(plan: Plan, plane: Plane, count: int) -> np.ndarray:
+    """Evenly spread starts (2, k), the first where the seed says."""
+    first = np.random.default_rng(plan.spec.seed).uniform(size=2)
+    steps = np.array([1 / _GOLDEN, 1 / _GOLDEN**2])
+    share = np.remainder(first[:, None] + steps[:, None] * np.arange(count), 1.0)
+    return np.asarray(plane.low[:, None] + share * plane.scale[:, None])
+
+
+def _thinned(curve: PhaseCurve) -> PhaseCurve:
+    keep = np.unique(np.concatenate([np.arange(0, curve.states.shape[1], _KEPT), [curve.states.shape[1] - 1]]))
+    return replace(curve, states=curve.states[:, keep], time=curve.time[keep])
+
+
+def _turned(made: Section, curve: ClosedCurve) -> float:
+    """The angle by which the main rotor turns in a period."""
+    if made.turning < 0:
+        return abs(made.speed or 0.0) * curve.period
+    system = replace(made.system, outputs=(), quadratures=(Output(_TURNED, made.system.states[made.turning]),))
+    ends = np.array([0.0, curve.period])
+    run_ = integrate(compile_system(system), curve.states[:, 0], made.system.values(made.values), ends)
+    if run_.failure is not None:
+        raise WuchtError(run_.failure)
+    return abs(float(run_.quadratures[_TURNED][-1]))
