@@ -85,12 +85,14 @@ _TILED = "Several machines can compute it: [`--scheduler`](../several-machines.m
 
 
 def _answers(asked: Sequence[Entry]) -> list[str]:
-    """The keys of a summary, as an answer in the gallery has them."""
+    """The keys of a summary with what they are, as an answer in the gallery has them."""
     answered = next((e for e in asked if e.result is not None), None)
     if answered is None:
         return []
-    keys = ", ".join(f"`{key}`" for key in answered.result.wucht.summary)
-    return ["## Its summary", "", f"`summary.json` of [{answered.name}](../gallery/{answered.name}.md) has {keys}.", ""]
+    quantities = answered.result.wucht.quantities.items()
+    rows = [(f"`{key}`", facts.get("what", ""), facts.get("unit", "")) for key, facts in quantities]
+    text = f"`summary.json` of [{answered.name}](../gallery/{answered.name}.md) has `sentence`, the answer in words, and"
+    return ["## Its summary", "", text, "", *table(("key", "what", "unit"), rows), ""]
 
 
 def _part(kind: str, cls: type[Any], where: str, used: Sequence[Entry]) -> str:

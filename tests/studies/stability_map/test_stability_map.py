@@ -50,6 +50,14 @@ def cusp() -> Any:
     return run(StabilityMap(**PLANE, cells=3, orbits=False, ranges={"x": [-2.0, 2.0]}), CUSP)
 
 
+def test_parameters_may_have_the_names_of_keys() -> None:
+    p, r = sp.symbols("kind values", real=True)
+    cubic = wucht.OwnEquations(System((X,), (p + r * X - X**3,), (p, r)), {"kind": 0.0, "values": 1.0}, "a cusp")
+    keys = PLANE | {"along": "kind", "second": "values"}
+    (point,) = run(StabilityMap(**keys, cells=2, orbits=False, ranges={"x": [-2.0, 2.0]}), cubic).wucht.summary["points"]
+    assert point == {"kind": "cusp", "values": pytest.approx([0.0, 0.0], abs=1e-6)}
+
+
 def test_folds_of_a_cusp(cusp: Any) -> None:
     """x' = p + r x - x^3 folds at 27 p^2 = 4 r^3: inside there are two stable states, outside one."""
     summary = cusp.wucht.summary
