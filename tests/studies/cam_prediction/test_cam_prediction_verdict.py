@@ -20,7 +20,7 @@ from wucht.studies.cam_prediction import summary_of_prediction
 from wucht.studies.cam_prediction.computation import prepare, run
 from wucht.studies.cam_prediction.confirmation import confirmation
 from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST
-from wucht.studies.cam_prediction.summary_of_prediction import _departs, summary, verdict, warnings
+from wucht.studies.cam_prediction.summary_of_prediction import _departs, numbers, verdict, warnings
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
 LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)
@@ -175,6 +175,10 @@ def found():
     plan = prepare(wucht.CamPrediction(cuts=0, simulate=1), drive(mean_speed=OMEGA))
     (findings,) = run(plan, Work())
     return plan, findings
+
+
+def summary(plan, findings):
+    return {quantity.name: quantity.value for quantity in numbers(plan, findings)}
 
 
 def said(found, **corrected):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from wucht.numerics.harmonics import even_angles
 from wucht.results.formatting import formats, in_lines
 from wucht.results.quantities import Quantity, answer
 from wucht.studies.cam_prediction.computation import Findings, Plan, Turning
-from wucht.studies.cam_prediction.summary_of_prediction import stated, summary, verdict, warnings
+from wucht.studies.cam_prediction.summary_of_prediction import numbers, verdict, warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,8 +32,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     speed = np.array([one.shaft.speed(f.tau) for one in both])
     torque = np.array([one.drive for one in both])
     amplitudes = [_amplitudes(one, count) for one in both]
-    numbers = summary(plan, f)
-    label, sentence = verdict(plan, numbers)
+    stated = numbers(plan, f)
+    s = {quantity.name: quantity.value for quantity in stated}
+    label, sentence = verdict(plan, s)
     quantities = [
         Quantity("tau", f.tau, "time of a turn as an angle", "rad", "tau"),
         Quantity("cam_angle", f.tau, "cam angle", "rad", "cam_angle"),
@@ -49,13 +49,14 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("cut", np.arange(1, len(f.cuts) + 1), "number of the cam", "", "cut"),
         Quantity("cut_residual", f.cuts, "largest order above N over order 1", "", "cut"),
         *_simulated(plan, f, count),
-        *_elastic(plan, f),
+        *_of_output(plan, f),
+        *_of_shaft(f),
         Quantity("verdict", label, "verdict"),
-        *stated(numbers),
+        *stated,
     ]
     parts = "rigid parts" if plan.output is None and plan.twisting is None else "elastic parts where stiffnesses are given"
     turned = "the camshaft held at its drive's speed" if plan.enforced else "the camshaft as inertia and drive move it"
-    return answer(quantities, sentence, warnings(plan, f, numbers), [parts, turned])
+    return answer(quantities, sentence, warnings(plan, f, s), [parts, turned])
 
 
 def _amplitudes(one: Turning, count: int) -> np.ndarray:
@@ -71,56 +72,47 @@ def _simulated(plan: Plan, f: Findings, count: int) -> list[Quantity]:
         row[: len(found)] = found
     residual = [a[plan.count :].max(initial=0.0) / a[0] for a in amplitudes]
     what = "acceleration of the output in the last turn simulated, amplitude"
-    tau = even_angles(_SIMULATED)
+    tau, deviation = even_angles(_SIMULATED), [c.deviation for c in f.confirmed]
     speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED, np.nan) for one in f.confirmed]
     return [
         Quantity("simulated_tau", tau, "time of the last turn simulated as an angle", "rad", "simulated_tau"),
         Quantity("simulated_speed", speeds, "speed of the shaft in the last turn simulated", "rad/s", "cam simulated_tau"),
-        Quantity(
-            "simulated_deviation", [c.deviation for c in f.confirmed], "difference of speed over the mean speed", "", "cam"
-        ),
+        Quantity("simulated_deviation", deviation, "difference of speed over the mean speed", "", "cam"),
         Quantity("simulated_residual", residual, "largest order above N over order 1, simulated", "", "cam"),
         Quantity("simulated_acceleration", amplitudes, what, f"{plan.motion.unit}/s^2", "cam order"),
     ]
 
 
-def _elastic(plan: Plan, f: Findings) -> list[Quantity]:
-    quantities = list[Quantity]()
-    unit = plan.motion.unit
-    if (v := f.vibrations) is not None:
-        swept = v.over_speed
-        table: dict[str, list[Any]] = {
-            key: [asdict(e)[key] for e in v.excited] for key in ("deviation", "acceleration", "peak")
-        }
-        at = swept[1]  # of the corrected cam
-        quantities += [
-            Quantity("lever", list(v.names), "cam", "", "lever"),
-            Quantity("swept_speed", swept[0].speeds, "mean speed", "rad/s", "swept_speed"),
-            Quantity("residual_deviation", [s.deviation for s in swept], "deviation in the dwell", unit, "lever swept_speed"),
-            Quantity(
-                "residual_acceleration",
-                [s.acceleration for s in swept],
-                "acceleration in the dwell",
-                f"{unit}/s^2",
-                "lever swept_speed",
-            ),
-            Quantity("resonance_order", at.orders, "order that meets the natural frequency", "", "resonance"),
-            Quantity("resonance_speed", at.resonances, "mean speed at which it does", "rad/s", "resonance"),
-            Quantity("excited", [e.name for e in v.excited], "motion of the lever", "", "excited"),
-            Quantity("excited_deviation", table["deviation"], "deviation in the dwell", unit, "excited"),
-            Quantity("excited_acceleration", table["acceleration"], "acceleration in the dwell", f"{unit}/s^2", "excited"),
-            Quantity("excited_peak", table["peak"], "largest acceleration of the output", f"{unit}/s^2", "excited"),
-        ]
-    if (t := f.twists) is not None:
-        quantities += [
-            Quantity(
-                "twisted", np.array([c.name for c in t.cams], dtype=np.str_), "cam on the shaft that twists", "", "twisted"
-            ),
-            Quantity("twist_residual", [c.above for c in t.cams], "largest order above N over order 1", "", "twisted"),
-            Quantity("twist_torque", [c.torque for c in t.cams], "largest torque in the shaft", "N m", "twisted"),
-            Quantity("twist_angle", [c.twist for c in t.cams], "largest twist", "rad", "twisted"),
-        ]
-    return quantities
+def _of_output(plan: Plan, f: Findings) -> list[Quantity]:
+    if (v := f.vibrations) is None:
+        return []
+    swept, excited, unit, along = v.over_speed, v.excited, plan.motion.unit, "lever swept_speed"
+    deviation, acceleration, per = "deviation in the dwell", "acceleration in the dwell", f"{unit}/s^2"
+    at = swept[1]  # of the corrected cam
+    return [
+        Quantity("lever", list(v.names), "cam", "", "lever"),
+        Quantity("swept_speed", swept[0].speeds, "mean speed", "rad/s", "swept_speed"),
+        Quantity("residual_deviation", [s.deviation for s in swept], deviation, unit, along),
+        Quantity("residual_acceleration", [s.acceleration for s in swept], acceleration, per, along),
+        Quantity("resonance_order", at.orders, "order that meets the natural frequency", "", "resonance"),
+        Quantity("resonance_speed", at.resonances, "mean speed at which it does", "rad/s", "resonance"),
+        Quantity("excited", [e.name for e in excited], "motion of the lever", "", "excited"),
+        Quantity("excited_deviation", [e.deviation for e in excited], deviation, unit, "excited"),
+        Quantity("excited_acceleration", [e.acceleration for e in excited], acceleration, per, "excited"),
+        Quantity("excited_peak", [e.peak for e in excited], "largest acceleration of the output", per, "excited"),
+    ]
+
+
+def _of_shaft(f: Findings) -> list[Quantity]:
+    if f.twists is None:
+        return []
+    cams, along = f.twists.cams, "twisted"
+    return [
+        Quantity("twisted", np.array([c.name for c in cams], dtype=np.str_), "cam on the shaft that twists", "", along),
+        Quantity("twist_residual", [c.above for c in cams], "largest order above N over order 1", "", along),
+        Quantity("twist_torque", [c.torque for c in cams], "largest torque in the shaft", "N m", along),
+        Quantity("twist_angle", [c.twist for c in cams], "largest twist", "rad", along),
+    ]
 
 
 _BEST = 3  # motions of the elastic output that are named

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -24,104 +23,87 @@ _UNRESOLVED = 1e-6  # of the mean speed: orders beyond which more must be
 _DOUBTFUL = 1e-5  # of the mean speed: prediction and simulation differ
 
 
-def summary(plan: Plan, f: Findings) -> dict[str, Any]:
+def numbers(plan: Plan, f: Findings) -> list[Quantity]:
     """The numbers of ``summary.json``: how the shaft turns with the original cam, which moves its output by the law over the
-    cam angle, and under ``corrected`` how with the corrected one; inertia_ratio, and the limit up to which there is a corrected
-    cam without a drive; power; cut_residuals; simulation."""
+    cam angle, and under ``corrected`` how with the corrected one."""
     both = {"original": f.original, "corrected": f.corrected}
-    constant = _power(f.constant)
+    constant, shaft, motion = _power(f.constant), plan.shaft, plan.motion
     powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in both.items()}
-    found: dict[str, Any] = {
-        "unit": plan.motion.unit,
-        "harmonics": plan.motion.count,
-        "inertia_ratio": plan.shaft.inertia_ratio(plan.motion.law),
-        "inertia_ratio_limit": plan.shaft.most_inertia_ratio(plan.motion.law),
-        "driven": "eigenmotion" if plan.driving is None else "enforced" if plan.enforced else "drive",
-        **_turning(f.original, powers["original"]),
-        "corrected": {**_turning(f.corrected, powers["corrected"]), "speed": _coefficients(f.corrected)},
-        "above": {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in both.items()}},
-        "left_after_a_turn": {name: _number(one.left) for name, one in both.items()},
-        "power": {"constant_speed": constant, **powers},
-        "power_saved": {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")},
-        "cut_residuals": f.cuts.tolist(),
-        "contraction": _contraction(f.cuts, f.clean),
-        "simulation": None,
-        "output": None,
-        "shaft": None,
-    }
-    if f.confirmed:
-        found["simulation"] = {"turns": plan.turns, **{n: _confirmed(plan, c) for n, c in zip(both, f.confirmed, strict=True)}}
-    if f.vibrations is not None and plan.output is not None:
-        o, excited = plan.output, [asdict(e) for e in f.vibrations.excited]
-        found["output"] = {"natural_frequency": o.natural_frequency, "damping_ratio": o.damping_ratio, "excited": excited}
-    if f.twists is not None:
-        found["shaft"] = [asdict(c) for c in f.twists.cams]
-    return found
-
-
-_STATED = {  # what each number of the summary is, its unit, and what its parts are
-    "unit": ("unit of the output", "", ""),
-    "harmonics": ("number N of harmonics of the law", "", ""),
-    "inertia_ratio": ("largest inertia of the output over that of the shaft", "", ""),
-    "inertia_ratio_limit": ("largest inertia ratio with a corrected cam without a drive", "", ""),
-    "driven": ("what drives the shaft", "", ""),
-    "mean_speed": ("mean speed of the shaft, original cam", "rad/s", ""),
-    "fluctuation": ("fluctuation of the speed as a share of its mean, original cam", "", ""),
-    "speed_orders": ("amplitudes of the speed, original cam", "rad/s", ""),
-    "mean_power": ("mean power of the drive, original cam", "W", ""),
-    "eigenmotion": ("motion at this mean speed without drive and loads", "", "turning"),
-    "corrected": ("the same with the corrected cam", "", "turning"),
-    "above": ("largest order of the output's acceleration above N over order 1", "", ""),
-    "left_after_a_turn": ("share of a disturbance of the energy that is left after a turn", "", ""),
-    "power": ("power of the drive", "W", ""),
-    "power_saved": ("power that the corrected cam saves against constant speed", "W", ""),
-    "cut_residuals": ("what is left above N where cams are cut by measurement, one after another", "", ""),
-    "contraction": ("share of it that each further cam leaves", "", ""),
-    "simulation": ("turns simulated, and how far the speed departs from the prediction", "", ""),
-    "output": ("elastic output", "", "output"),
-    "shaft": ("elastic shaft, each cam", "", "shaft"),
-}  # fmt: skip
-_PARTS: dict[str, dict[str, tuple[str, str]]] = {
-    "turning": {
-        "mean_speed": ("mean speed of the shaft", "rad/s"),
-        "fluctuation": ("fluctuation of the speed as a share of its mean", ""),
-        "speed_orders": ("amplitudes of the speed", "rad/s"),
-        "mean_power": ("mean power of the drive", "W"),
-        "period": ("period of a turn", "s"),
-        "energy": ("energy of the motion", "J"),
-        "speed": ("coefficients of the speed", "rad/s"),
-    },
-    "output": {
-        "natural_frequency": ("natural frequency", "rad/s"),
-        "damping_ratio": ("damping ratio", ""),
-        "excited": ("what each motion of the lever leaves in the dwell", ""),
-    },
-    "shaft": {
-        "above": ("largest order above N over order 1", ""),
-        "torque": ("largest torque in the shaft", "N m"),
-        "twist": ("largest twist", "rad"),
-    },
-}
-
-
-def stated(numbers: Mapping[str, Any]) -> list[Quantity]:
-    """The numbers of the summary as quantities."""
-    first = ("fluctuation", "mean_power")
+    original, corrected = (_turning(one, powers[name]["mean"], f"{name} cam") for name, one in both.items())
+    corrected.append(Quantity("speed", _coefficients(f.corrected), "coefficients of the speed, corrected cam", "rad/s"))
+    driven = "eigenmotion" if plan.driving is None else "enforced" if plan.enforced else "drive"
+    above = {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in both.items()}}
+    left = {name: _number(one.left) for name, one in both.items()}
+    saved = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
+    most = shaft.most_inertia_ratio(motion.law)
     return [
-        Quantity(name, value, what, unit, parts=_PARTS.get(parts, {}), headline=name in first)
-        for name, value in numbers.items()
-        for what, unit, parts in [_STATED[name]]
+        Quantity("unit", motion.unit, "unit of the output"),
+        Quantity("harmonics", motion.count, "number N of harmonics of the law"),
+        Quantity("inertia_ratio", shaft.inertia_ratio(motion.law), "largest inertia of the output over that of the shaft"),
+        Quantity("inertia_ratio_limit", most, "largest inertia ratio with a corrected cam without a drive"),
+        Quantity("driven", driven, "what drives the shaft"),
+        *original,
+        Quantity(
+            "corrected", {q.name: q.value for q in corrected}, "the same with the corrected cam",
+            parts=_EIGENMOTION | {q.name: (q.what, q.unit) for q in corrected},
+        ),
+        Quantity("above", above, "largest order of the output's acceleration above N over order 1"),
+        Quantity("left_after_a_turn", left, "share of a disturbance of the energy that is left after a turn"),
+        Quantity("power", {"constant_speed": constant, **powers}, "power of the drive", "W"),
+        Quantity("power_saved", saved, "power that the corrected cam saves against constant speed", "W"),
+        Quantity("cut_residuals", f.cuts.tolist(), "what is left above N where cams are cut by measurement, one after another"),
+        Quantity("contraction", _contraction(f.cuts, f.clean), "share of it that each further cam leaves"),
+        Quantity("simulation", _simulation(plan, f), "turns simulated, and how far the speed departs from the prediction"),
+        *_springs(plan, f),
+    ]  # fmt: skip
+
+
+def _turning(one: Turning, mean_power: float, cam: str) -> list[Quantity]:
+    shaft = one.shaft
+    orders = shaft.speed.without_rounding(_KEPT).amplitudes.tolist()
+    eigenmotion = None if one.eigenmotion is None else asdict(one.eigenmotion)
+    fluctuation, free = _EIGENMOTION["fluctuation"][0], "motion at this mean speed without drive and loads"
+    return [
+        Quantity("mean_speed", shaft.mean, f"mean speed of the shaft, {cam}", "rad/s"),
+        Quantity("fluctuation", shaft.fluctuation, f"{fluctuation}, {cam}", headline=True),
+        Quantity("speed_orders", orders, f"amplitudes of the speed, {cam}", "rad/s"),
+        Quantity("mean_power", mean_power, f"mean power of the drive, {cam}", "W", headline=True),
+        Quantity("eigenmotion", eigenmotion, free, parts=_EIGENMOTION),
     ]
 
 
-def _turning(one: Turning, power: dict[str, float]) -> dict[str, Any]:
-    return {
-        "mean_speed": one.shaft.mean,
-        "fluctuation": one.shaft.fluctuation,
-        "speed_orders": one.shaft.speed.without_rounding(_KEPT).amplitudes.tolist(),
-        "mean_power": power["mean"],
-        "eigenmotion": None if one.eigenmotion is None else asdict(one.eigenmotion),
+_EIGENMOTION = {
+    "mean_speed": ("mean speed of the shaft", "rad/s"),
+    "fluctuation": ("fluctuation of the speed as a share of its mean", ""),
+    "period": ("period of a turn", "s"),
+    "energy": ("energy of the motion", "J"),
+}
+
+
+def _springs(plan: Plan, f: Findings) -> list[Quantity]:
+    """Elastic output and shaft, each None where it is rigid."""
+    output, unit = None, plan.motion.unit
+    if f.vibrations is not None and plan.output is not None:
+        o, excited = plan.output, [asdict(e) for e in f.vibrations.excited]
+        output = {"natural_frequency": o.natural_frequency, "damping_ratio": o.damping_ratio, "excited": excited}
+    of_output = {
+        "natural_frequency": ("natural frequency", "rad/s"),
+        "damping_ratio": ("damping ratio", ""),
+        "excited": ("what each motion of the lever leaves in the dwell", ""),
+        "deviation": ("deviation in the dwell", unit),
+        "acceleration": ("acceleration in the dwell", f"{unit}/s^2"),
+        "peak": ("largest acceleration of the output", f"{unit}/s^2"),
     }
+    of_shaft = {
+        "above": ("largest order above N over order 1", ""),
+        "torque": ("largest torque in the shaft", "N m"),
+        "twist": ("largest twist", "rad"),
+    }
+    twists = None if f.twists is None else [asdict(c) for c in f.twists.cams]
+    return [
+        Quantity("output", output, "elastic output", parts=of_output),
+        Quantity("shaft", twists, "elastic shaft, each cam", parts=of_shaft),
+    ]
 
 
 def _coefficients(one: Turning) -> dict[str, Any]:
@@ -144,6 +126,11 @@ def _contraction(cuts: np.ndarray, clean: float) -> float | None:
     """By how much each further cam is cleaner than the one before: the last such share that is not rounding."""
     above = cuts[cuts > _FLOOR + 2 * clean]
     return float(above[-1] / above[-2]) if len(above) > 1 else None
+
+
+def _simulation(plan: Plan, f: Findings) -> dict[str, Any] | None:
+    named = zip(("original", "corrected"), f.confirmed, strict=False)
+    return {"turns": plan.turns, **{name: _confirmed(plan, one) for name, one in named}} if f.confirmed else None
 
 
 def _confirmed(plan: Plan, one: Confirmation) -> dict[str, float | str | None]:
