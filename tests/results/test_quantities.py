@@ -12,7 +12,7 @@ import xarray as xr
 from tests.refusals import rejected
 
 from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Answer, Quantity, answer, table, variables_of
+from wucht.results.quantities import Answer, Quantity, answer, group, table, variables_of
 
 POINTS = [
     {"speed": 10.0, "torque": 2.0, "stable": True, "name": "low"},
@@ -102,6 +102,14 @@ def test_a_name_is_given_once() -> None:
 def test_an_empty_table_has_empty_columns() -> None:
     empty = variables_of(table("points", [], "points", PARTS, "point", ["speed", "stable"]))
     assert empty.point_speed.shape == (0,)
+
+
+def test_a_group_is_a_table_of_quantities_that_may_be_tables() -> None:
+    inner = Quantity("peaks", {"velocity": 2.0, "speed": 3.0}, "peaks", parts={"velocity": ("v", "m"), "speed": ("s", "m")})
+    says = answer([group("motion", [inner, Quantity("speed", 1.0, "speed", "rad/s")], "motion")], "").wucht
+    assert says.summary["motion"] == {"peaks": {"velocity": 2.0, "speed": 3.0}, "speed": 1.0}
+    assert [says.unit_at(f"motion.{path}") for path in ("speed", "peaks.velocity")] == ["rad/s", "m"]
+    assert says.quantities["motion"]["what"] == "motion"
 
 
 def test_an_answer_may_describe_a_dataset_that_has_its_variables() -> None:

@@ -112,6 +112,13 @@ def table(
     return stated
 
 
+def group(name: str, quantities: Sequence[Quantity], what: str) -> Quantity:
+    """A table in the summary, each of whose keys is a quantity; those that are tables themselves bring their parts."""
+    within = {part: facts for quantity in quantities for part, facts in quantity.parts.items()}
+    parts = within | {quantity.name: (quantity.what, quantity.unit) for quantity in quantities}
+    return Quantity(name, {quantity.name: quantity.value for quantity in quantities}, what, parts=parts)
+
+
 @dataclass(frozen=True, eq=False)
 class Answer:
     """An answer, before it is a Dataset.

@@ -12,7 +12,7 @@ from wucht.cams.followers.follower import Outline
 from wucht.cams.shape import COMMON, Shape, beyond_common, largest_pressure_angle
 from wucht.numerics.valleys import Arc
 from wucht.results.formatting import in_lines
-from wucht.results.quantities import Quantity, answer
+from wucht.results.quantities import Quantity, answer, group
 from wucht.studies.cam_contour.computation import Curves, Findings, Plan
 from wucht.studies.cam_contour.contact_load import Pressed
 from wucht.studies.cam_contour.judgement import judged
@@ -135,7 +135,6 @@ def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
     follower, cam, spec = plan.drive.follower, plan.shapes["cam"], plan.spec
     transmission = None if f.transmission is None else float(f.transmission.min())
     smallest, pressure_angle = plan.smallest and plan.smallest.summary(), largest_pressure_angle(plan.shapes.values()).value
-    preload = {"least_preload": ("least preload that keeps contact", "N m" if plan.unit == "rad" else "N")}
     return [
         Quantity("outcome", outcome, "outcome"),
         Quantity("follower", follower and follower.kind, "kind of follower"),
@@ -152,8 +151,8 @@ def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
         Quantity("chord_tolerance", spec.chord_tolerance, "largest distance of chords between points to mill", "m"),
         Quantity("spacing", spec.spacing, "distance of points to mill", "m"),
         Quantity("decimals", spec.decimals, "decimals of the points to mill"),
-        Quantity("contact", _contact(plan, f.largest), "largest values of the contact", parts=_OF_CONTACT | preload),
-        Quantity("smallest", smallest, "smallest cam that keeps what is permitted"),
+        _contact(plan, f.largest),
+        Quantity("smallest", smallest, "smallest cam that keeps what is permitted", parts=_OF_SMALLEST),
     ]
 
 
@@ -172,13 +171,14 @@ _OF_CAM = {
     "missing": ("arcs without a contour", "rad"),
     "points_to_mill": ("number of points to mill", ""),
 }
-_OF_CONTACT = {
-    "mean_speed": ("mean speed of the camshaft", "rad/s"),
-    "max_force": ("largest contact force of each cam", "N"),
-    "max_pressure": ("largest contact pressure of each cam", "Pa"),
-    "max_torque": ("largest torque of the camshaft", "N m"),
-    "at": ("cam angle", "rad"),
-    "lift_off": ("arcs without contact", "rad"),
+_OF_SMALLEST = {
+    "follower": ("where the follower is", "m"),
+    "angle": ("angle of the lever", "rad"),
+    "base_radius": ("radius of the base circle", "m"),
+    "largest_radius": ("largest radius of the contour", "m"),
+    "min_curvature_radius": ("least radius where it bulges", "m"),
+    "max_pressure_angle": ("largest pressure angle", "rad"),
+    "face": ("least and greatest y at which the face is touched", "m"),
 }
 
 
@@ -199,22 +199,27 @@ def _of_cam(shape: Shape, name: str, f: Findings) -> dict[str, Any]:
     }
 
 
-def _contact(plan: Plan, largest: Pressed | None) -> dict[str, Any] | None:
+def _contact(plan: Plan, largest: Pressed | None) -> Quantity:
+    what, at = "largest values of the contact", {"at": ("cam angle", "rad")}
     if largest is None or plan.contact is None:
-        return None
+        return Quantity("contact", None, what)
 
     def peak(values: np.ndarray) -> dict[str, float]:
         k = int(np.argmax(values))
         return {"value": float(values[k]), "at": float(largest.phi[k])}
 
-    return {
-        "mean_speed": plan.contact.mean_speed,
-        "max_force": {name: peak(force) for name, force in largest.force.items()},
-        "max_pressure": {name: peak(pressure) for name, pressure in largest.pressure.items()} or None,
-        "max_torque": peak(np.abs(largest.torque)),
-        "lift_off": {name: [list(arc) for arc in arcs] for name, arcs in largest.off.items()},
-        "least_preload": largest.least_preload,
-    }
+    forces, pressures = ({name: peak(one) for name, one in of.items()} for of in (largest.force, largest.pressure))
+    torque, off = peak(np.abs(largest.torque)), {name: [list(arc) for arc in arcs] for name, arcs in largest.off.items()}
+    preload_unit = "N m" if plan.unit == "rad" else "N"
+    numbers = [
+        Quantity("mean_speed", plan.contact.mean_speed, "mean speed of the camshaft", "rad/s"),
+        Quantity("max_force", forces, "largest contact force of each cam", "N", parts=at),
+        Quantity("max_pressure", pressures or None, "largest contact pressure of each cam", "Pa", parts=at),
+        Quantity("max_torque", torque, "largest torque of the camshaft", "N m", parts=at),
+        Quantity("lift_off", off, "arcs without contact", "rad"),
+        Quantity("least_preload", largest.least_preload, "least preload that keeps contact", preload_unit),
+    ]
+    return group("contact", numbers, what)
 
 
 def _beyond_common(plan: Plan) -> list[str]:

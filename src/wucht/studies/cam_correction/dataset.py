@@ -13,7 +13,7 @@ from wucht.cams.shape import COMMON, Shape, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_residual import LeftOutOrder
 from wucht.numerics.harmonics import Harmonics
-from wucht.results.quantities import Quantity, answer, table
+from wucht.results.quantities import Quantity, answer, group, table
 from wucht.studies.cam_correction.cleanliness import left_by_left_out, sentence
 from wucht.studies.cam_correction.prepare import Plan, explained
 from wucht.studies.cam_correction.run import Contour, Findings, Proof
@@ -200,30 +200,15 @@ def _summary(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("fluctuation", shaft.fluctuation, "fluctuation of the speed, as a share of its mean"),
         Quantity("min_speed", shaft.speed.bounds[0], "least speed of the camshaft", "rad/s"),
         Quantity("max_speed", shaft.speed.bounds[1], "greatest speed of the camshaft", "rad/s"),
-        Quantity("record", _record(plan, f), "orders fitted to the record", parts=_OF_RECORD),
+        _record(plan, f),
         Quantity("min_curvature_radius", radius, "least radius of curvature of a corrected cam, convex", "m", headline=True),
         Quantity("max_pressure_angle", angle, "largest pressure angle of a corrected cam", "rad", headline=True),
         Quantity("undercut", False if contours else None, "whether a follower cuts off parts of a corrected contour"),
         Quantity("contours", each, "sizes of each cam, original and corrected", parts=_OF_CONTOUR),
-        Quantity("measured", _comparison(plan), "measured acceleration, and how much of it is explained"),
+        _comparison(plan),
     ]
 
 
-_OF_RECORD = {
-    "orders": ("orders fitted", ""),
-    "turns": ("number of turns", ""),
-    "samples": ("number of samples", ""),
-    "explained": ("share of the variance that is explained", ""),
-    "residual_rms": ("root mean square of what is left, in the unit of the record", ""),
-    "unit": ("unit of the record", ""),
-    "mean_error": ("standard error of the mean speed", "rad/s"),
-    "zero": ("where the first turn begins", ""),
-    "left_by_errors": ("what the standard errors leave, as a share", ""),
-    "left_by_left_out": ("what the orders left out leave, as a share", ""),
-    "left_out": ("orders that are left out", ""),
-    "amplitude": ("amplitude of the speed", "rad/s"),
-    "error": ("standard error of the amplitude", "rad/s"),
-}
 _OF_CONTOUR = {
     "max_pressure_angle": ("largest pressure angle", "rad"),
     "max_pressure_angle_at": ("cam angle there", "rad"),
@@ -242,23 +227,29 @@ def _shares(plan: Plan, found: Mapping[str, Harmonics | None]) -> dict[str, floa
     return {name: plan.purity.share(series) for name, series in found.items() if series is not None}
 
 
-def _record(plan: Plan, f: Findings) -> dict[str, Any] | None:
-    fit = plan.fit
+def _record(plan: Plan, f: Findings) -> Quantity:
+    what, fit = "orders fitted to the record", plan.fit
     if fit is None:
-        return None
-    return {
-        "orders": list(fit.orders),
-        "turns": fit.turns,
-        "samples": fit.samples,
-        "explained": fit.explained,
-        "residual_rms": fit.residual_rms,
-        "unit": fit.unit,
-        "mean_error": float(fit.standard_errors[0]),
-        "zero": fit.origin,
-        "left_by_errors": f.from_errors,
-        "left_by_left_out": left_by_left_out(f),
-        "left_out": [asdict(one) for one in f.left_out],
+        return Quantity("record", None, what)
+    of_left_out = {
+        "amplitude": ("amplitude of the speed", "rad/s"),
+        "error": ("standard error of the amplitude", "rad/s"),
     }
+    left_out = [asdict(one) for one in f.left_out]
+    numbers = [
+        Quantity("orders", list(fit.orders), "orders fitted"),
+        Quantity("turns", fit.turns, "number of turns"),
+        Quantity("samples", fit.samples, "number of samples"),
+        Quantity("explained", fit.explained, "share of the variance that is explained"),
+        Quantity("residual_rms", fit.residual_rms, "root mean square of what is left", fit.unit),
+        Quantity("unit", fit.unit, "unit of the record"),
+        Quantity("mean_error", float(fit.standard_errors[0]), "standard error of the mean speed", "rad/s"),
+        Quantity("zero", fit.origin, "time at which the first turn begins", "s"),
+        Quantity("left_by_errors", f.from_errors, "what the standard errors leave, as a share"),
+        Quantity("left_by_left_out", left_by_left_out(f), "what the orders left out leave, as a share"),
+        Quantity("left_out", left_out, "orders that are left out", parts=of_left_out),
+    ]
+    return group("record", numbers, what)
 
 
 def _of_cam(plan: Plan, f: Findings, name: str) -> dict[str, Any]:
@@ -285,22 +276,23 @@ def _size(shape: Shape) -> dict[str, float | None]:
     }
 
 
-def _comparison(plan: Plan) -> dict[str, Any] | None:
-    """explained: of the whole record about its mean, explained_orders: of the orders that are fitted."""
-    m = plan.measured
+def _comparison(plan: Plan) -> Quantity:
+    what, unit, m = "measured acceleration, and how much of it is explained", f"{plan.unit}/s^2", plan.measured
     if m is None:
-        return None
+        return Quantity("measured", None, what)
     of_orders = float((m.comparison.measured.amplitudes**2).sum()) / 2
     delay, without = (None, None) if plan.delay is None else plan.delay
-    return {
-        "cam": m.cam,
-        "explained": explained(m, m.comparison.share),
-        "explained_orders": m.comparison.share,
-        "noise_rms": m.noise,
-        "rms": math.sqrt(of_orders + m.noise**2),
-        "turns": m.turns,
-        "orders": m.comparison.measured.count,
-        "zero": plan.zero,
-        "delay": delay,
-        "explained_without_delay": without,
-    }
+    of_record = explained(m, m.comparison.share)
+    numbers = [
+        Quantity("cam", m.cam, "cam with which it was measured"),
+        Quantity("explained", of_record, "share of the variance of the whole record that is explained"),
+        Quantity("explained_orders", m.comparison.share, "share of that of the orders fitted"),
+        Quantity("noise_rms", m.noise, "root mean square of what is in no order", unit),
+        Quantity("rms", math.sqrt(of_orders + m.noise**2), "root mean square of the record about its mean", unit),
+        Quantity("turns", m.turns, "number of turns"),
+        Quantity("orders", m.comparison.measured.count, "number of orders fitted"),
+        Quantity("zero", plan.zero, "time at which the cam angle is zero", "s"),
+        Quantity("delay", delay, "angle by which it comes later than computed", "rad"),
+        Quantity("explained_without_delay", without, "share of its orders that would be explained without that"),
+    ]
+    return group("measured", numbers, what)

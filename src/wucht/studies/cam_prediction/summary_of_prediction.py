@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from wucht.cams.prediction import unresolved
-from wucht.results.quantities import Quantity
+from wucht.results.quantities import Quantity, group
 from wucht.studies.cam_prediction.computation import Findings, Plan, Turning
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST, Twists
@@ -43,10 +43,7 @@ def numbers(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("inertia_ratio_limit", most, "largest inertia ratio with a corrected cam without a drive"),
         Quantity("driven", driven, "what drives the shaft"),
         *original,
-        Quantity(
-            "corrected", {q.name: q.value for q in corrected}, "the same with the corrected cam",
-            parts=_EIGENMOTION | {q.name: (q.what, q.unit) for q in corrected},
-        ),
+        group("corrected", corrected, "the same with the corrected cam"),
         Quantity("above", above, "largest order of the output's acceleration above N over order 1"),
         Quantity("left_after_a_turn", left, "share of a disturbance of the energy that is left after a turn"),
         Quantity("power", {"constant_speed": constant, **powers}, "power of the drive", "W"),
@@ -55,7 +52,7 @@ def numbers(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("contraction", _contraction(f.cuts, f.clean), "share of it that each further cam leaves"),
         Quantity("simulation", _simulation(plan, f), "turns simulated, and how far the speed departs from the prediction"),
         *_springs(plan, f),
-    ]  # fmt: skip
+    ]
 
 
 def _turning(one: Turning, mean_power: float, cam: str) -> list[Quantity]:
@@ -82,28 +79,28 @@ _EIGENMOTION = {
 
 def _springs(plan: Plan, f: Findings) -> list[Quantity]:
     """Elastic output and shaft, each None where it is rigid."""
-    output, unit = None, plan.motion.unit
+    output, twists, acceleration = Quantity("output", None, "elastic output"), None, f"{plan.motion.unit}/s^2"
     if f.vibrations is not None and plan.output is not None:
-        o, excited = plan.output, [asdict(e) for e in f.vibrations.excited]
-        output = {"natural_frequency": o.natural_frequency, "damping_ratio": o.damping_ratio, "excited": excited}
-    of_output = {
-        "natural_frequency": ("natural frequency", "rad/s"),
-        "damping_ratio": ("damping ratio", ""),
-        "excited": ("what each motion of the lever leaves in the dwell", ""),
-        "deviation": ("deviation in the dwell", unit),
-        "acceleration": ("acceleration in the dwell", f"{unit}/s^2"),
-        "peak": ("largest acceleration of the output", f"{unit}/s^2"),
-    }
+        excited = [asdict(e) for e in f.vibrations.excited]
+        of_excited = {
+            "deviation": ("deviation in the dwell", plan.motion.unit),
+            "acceleration": ("acceleration in the dwell", acceleration),
+            "peak": ("largest acceleration of the output", acceleration),
+        }
+        numbers_of_output = [
+            Quantity("natural_frequency", plan.output.natural_frequency, "natural frequency", "rad/s"),
+            Quantity("damping_ratio", plan.output.damping_ratio, "damping ratio"),
+            Quantity("excited", excited, "what each motion of the lever leaves in the dwell", parts=of_excited),
+        ]
+        output = group("output", numbers_of_output, output.what)
+    if f.twists is not None:
+        twists = [asdict(c) for c in f.twists.cams]
     of_shaft = {
         "above": ("largest order above N over order 1", ""),
         "torque": ("largest torque in the shaft", "N m"),
         "twist": ("largest twist", "rad"),
     }
-    twists = None if f.twists is None else [asdict(c) for c in f.twists.cams]
-    return [
-        Quantity("output", output, "elastic output", parts=of_output),
-        Quantity("shaft", twists, "elastic shaft, each cam", parts=of_shaft),
-    ]
+    return [output, Quantity("shaft", twists, "elastic shaft, each cam", parts=of_shaft)]
 
 
 def _coefficients(one: Turning) -> dict[str, Any]:
