@@ -10,6 +10,7 @@ import numpy as np
 
 from wucht.cams.followers.follower import Outline
 from wucht.cams.shape import COMMON, Shape, beyond_common, largest_pressure_angle
+from wucht.cams.undercut import RadiusAt
 from wucht.numerics.valleys import Arc
 from wucht.results.formatting import in_lines
 from wucht.results.quantities import Quantity, answer, group
@@ -145,7 +146,7 @@ def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
         Quantity("undercut", not plan.whole, "whether the follower cuts off parts of the contour"),
         Quantity("base_radius", cam.base.value, "radius of the base circle", "m", headline=True),
         Quantity("largest_radius", cam.blank.value, "largest radius of the contour", "m", headline=True),
-        Quantity("cams", {n: _of_cam(shape, n, f) for n, shape in plan.shapes.items()}, "each cam", parts=_OF_CAM),
+        group("cams", [_of_cam(shape, name, f) for name, shape in plan.shapes.items()], "each cam"),
         Quantity("min_transmission_angle", transmission, "least transmission angle of the linkage", "rad"),
         Quantity("corrected", _shaft(plan), "speed of the shaft for which the cam is corrected", "rad/s"),
         Quantity("chord_tolerance", spec.chord_tolerance, "largest distance of chords between points to mill", "m"),
@@ -156,21 +157,7 @@ def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
     ]
 
 
-_OF_CAM = {
-    "min_curvature": ("least radius where it bulges", ""),
-    "min_hollow": ("least radius where it is hollow", ""),
-    "largest_wheel": ("largest wheel that grinds it", ""),
-    "radius": ("radius", "m"),
-    "at": ("cam angle", "rad"),
-    "largest_roller": ("largest roller without undercut", "m"),
-    "max_pressure_angle": ("largest pressure angle", ""),
-    "angle": ("angle", "rad"),
-    "base_radius": ("radius of the base circle", "m"),
-    "largest_radius": ("largest radius of the contour", "m"),
-    "undercut": ("arcs that are cut off", "rad"),
-    "missing": ("arcs without a contour", "rad"),
-    "points_to_mill": ("number of points to mill", ""),
-}
+_AT = {"at": ("cam angle", "rad")}
 _OF_SMALLEST = {
     "follower": ("where the follower is", "m"),
     "angle": ("angle of the lever", "rad"),
@@ -182,25 +169,31 @@ _OF_SMALLEST = {
 }
 
 
-def _of_cam(shape: Shape, name: str, f: Findings) -> dict[str, Any]:
-    at = {"convex": shape.convex, "hollow": shape.hollow, "wheel": shape.wheel}
-    radii = {key: None if found is None else {"radius": found.radius, "at": found.phi} for key, found in at.items()}
-    return {
-        "min_curvature": radii["convex"],
-        "min_hollow": radii["hollow"],
-        "largest_wheel": radii["wheel"],
-        "largest_roller": shape.largest_roller,
-        "max_pressure_angle": {"angle": shape.pressure_angle.value, "at": shape.pressure_angle.phi},
-        "base_radius": shape.base.value,
-        "largest_radius": shape.blank.value,
-        "undercut": [list(arc) for arc in shape.undercut],
-        "missing": [list(arc) for arc in shape.missing],
-        "points_to_mill": len(f.to_mill[name].phi) if name in f.to_mill else 0,
-    }
+def _of_cam(shape: Shape, name: str, f: Findings) -> Quantity:
+    def radius(key: str, at: RadiusAt | None, what: str) -> Quantity:
+        value = None if at is None else {"radius": at.radius, "at": at.phi}
+        return Quantity(key, value, what, parts={"radius": ("radius", "m")} | _AT)
+
+    angle = {"angle": shape.pressure_angle.value, "at": shape.pressure_angle.phi}
+    undercut, missing = ([list(arc) for arc in arcs] for arcs in (shape.undercut, shape.missing))
+    count = len(f.to_mill[name].phi) if name in f.to_mill else 0
+    numbers = [
+        radius("min_curvature", shape.convex, "least radius where it bulges"),
+        radius("min_hollow", shape.hollow, "least radius where it is hollow"),
+        radius("largest_wheel", shape.wheel, "largest wheel that grinds it"),
+        Quantity("largest_roller", shape.largest_roller, "largest roller without undercut", "m"),
+        Quantity("max_pressure_angle", angle, "largest pressure angle", parts={"angle": ("angle", "rad")} | _AT),
+        Quantity("base_radius", shape.base.value, "radius of the base circle", "m"),
+        Quantity("largest_radius", shape.blank.value, "largest radius of the contour", "m"),
+        Quantity("undercut", undercut, "arcs that are cut off", "rad"),
+        Quantity("missing", missing, "arcs without a contour", "rad"),
+        Quantity("points_to_mill", count, "number of points to mill"),
+    ]
+    return group(name, numbers, _CALLED[name])
 
 
 def _contact(plan: Plan, largest: Pressed | None) -> Quantity:
-    what, at = "largest values of the contact", {"at": ("cam angle", "rad")}
+    what = "largest values of the contact"
     if largest is None or plan.contact is None:
         return Quantity("contact", None, what)
 
@@ -213,9 +206,9 @@ def _contact(plan: Plan, largest: Pressed | None) -> Quantity:
     preload_unit = "N m" if plan.unit == "rad" else "N"
     numbers = [
         Quantity("mean_speed", plan.contact.mean_speed, "mean speed of the camshaft", "rad/s"),
-        Quantity("max_force", forces, "largest contact force of each cam", "N", parts=at),
-        Quantity("max_pressure", pressures or None, "largest contact pressure of each cam", "Pa", parts=at),
-        Quantity("max_torque", torque, "largest torque of the camshaft", "N m", parts=at),
+        Quantity("max_force", forces, "largest contact force of each cam", "N", parts=_AT),
+        Quantity("max_pressure", pressures or None, "largest contact pressure of each cam", "Pa", parts=_AT),
+        Quantity("max_torque", torque, "largest torque of the camshaft", "N m", parts=_AT),
         Quantity("lift_off", off, "arcs without contact", "rad"),
         Quantity("least_preload", largest.least_preload, "least preload that keeps contact", preload_unit),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -180,7 +180,6 @@ def _summary(plan: Plan, f: Findings) -> list[Quantity]:
     )
     radius = min((s.convex.radius for s in shapes if s.convex is not None), default=None)
     angle = largest_pressure_angle(shapes).value if shapes else None
-    each = {name: _of_cam(plan, f, name) for name in contours}
     return [
         Quantity("unit", plan.unit, "unit of the output"),
         Quantity("harmonics", purity.count, "number N of harmonics of the law"),
@@ -204,23 +203,9 @@ def _summary(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("min_curvature_radius", radius, "least radius of curvature of a corrected cam, convex", "m", headline=True),
         Quantity("max_pressure_angle", angle, "largest pressure angle of a corrected cam", "rad", headline=True),
         Quantity("undercut", False if contours else None, "whether a follower cuts off parts of a corrected contour"),
-        Quantity("contours", each, "sizes of each cam, original and corrected", parts=_OF_CONTOUR),
+        group("contours", [_of_cam(plan, f, name) for name in contours], "sizes of each cam, original and corrected"),
         _comparison(plan),
     ]
-
-
-_OF_CONTOUR = {
-    "max_pressure_angle": ("largest pressure angle", "rad"),
-    "max_pressure_angle_at": ("cam angle there", "rad"),
-    "largest_roller": ("largest roller without undercut", "m"),
-    "min_curvature_radius": ("least radius of curvature, convex", "m"),
-    "min_hollow_radius": ("least radius of curvature, hollow", "m"),
-    "largest_wheel": ("largest wheel that grinds it", "m"),
-    "moved": ("largest distance by which the contour is moved", "m"),
-    "chord": ("largest distance of chords between points", "m"),
-    "missing_before": ("share of a turn without a contour, original cam", ""),
-    "roller_radius": ("radius of the roller", "m"),
-}
 
 
 def _shares(plan: Plan, found: Mapping[str, Harmonics | None]) -> dict[str, float]:
@@ -252,28 +237,32 @@ def _record(plan: Plan, f: Findings) -> Quantity:
     return group("record", numbers, what)
 
 
-def _of_cam(plan: Plan, f: Findings, name: str) -> dict[str, Any]:
+def _of_cam(plan: Plan, f: Findings, name: str) -> Quantity:
     before, after = (by[name] for by in f.contours)
-    sizes = {key: _size(c.shape) for key, c in zip(VERSIONS, (before, after), strict=True)}
     missing = sum(end - begin for begin, end in before.shape.missing) / (2 * math.pi)
-    moved = float(np.abs(after.moved).max())
-    return {
-        **sizes,
-        "moved": moved,
-        "chord": after.chord,
-        "missing_before": missing,
-        "roller_radius": plan.after[name].roller_radius,
-    }
+    numbers = [
+        *(_size(version, c.shape) for version, c in zip(VERSIONS, (before, after), strict=True)),
+        Quantity("moved", float(np.abs(after.moved).max()), "largest distance by which the contour is moved", "m"),
+        Quantity("chord", after.chord, "largest distance of chords between points", "m"),
+        Quantity("missing_before", missing, "share of a turn without a contour, original cam"),
+        Quantity("roller_radius", plan.after[name].roller_radius, "radius of the roller", "m"),
+    ]
+    return group(name, numbers, "sizes of a cam")
 
 
-def _size(shape: Shape) -> dict[str, float | None]:
-    radii = {"min_curvature_radius": shape.convex, "min_hollow_radius": shape.hollow, "largest_wheel": shape.wheel}
-    return {
-        "max_pressure_angle": shape.pressure_angle.value,
-        "max_pressure_angle_at": shape.pressure_angle.phi,
-        "largest_roller": shape.largest_roller,
-        **{key: None if at is None else at.radius for key, at in radii.items()},
-    }
+def _size(version: str, shape: Shape) -> Quantity:
+    def radius(key: str, at: RadiusAt | None, what: str) -> Quantity:
+        return Quantity(key, None if at is None else at.radius, what, "m")
+
+    numbers = [
+        Quantity("max_pressure_angle", shape.pressure_angle.value, "largest pressure angle", "rad"),
+        Quantity("max_pressure_angle_at", shape.pressure_angle.phi, "cam angle there", "rad"),
+        Quantity("largest_roller", shape.largest_roller, "largest roller without undercut", "m"),
+        radius("min_curvature_radius", shape.convex, "least radius of curvature, convex"),
+        radius("min_hollow_radius", shape.hollow, "least radius of curvature, hollow"),
+        radius("largest_wheel", shape.wheel, "largest wheel that grinds it"),
+    ]
+    return group(version, numbers, f"{version} cam")
 
 
 def _comparison(plan: Plan) -> Quantity:
