@@ -82,7 +82,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     poles = [{"frequency": w, "damping": d} for w, d in zip(size.tolist(), damping.tolist(), strict=True)]
     parts = {"frequency": ("natural frequency", plan.unit), "damping": ("damping ratio", "")}
     quantities = [
-        *table("poles", poles, "natural vibrations", parts, "pole", ["frequency", "damping"]),
+        *table("poles", poles, "natural vibrations", parts, "pole", {"frequency": float, "damping": float}),
         Quantity("pole_rate", findings.poles.real, "growth rate", plan.unit.replace("rad", "1"), "pole"),
     ]
     return answer(quantities, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")

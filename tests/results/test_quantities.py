@@ -23,6 +23,7 @@ PARTS = {
     "stable": ("whether it is stable", ""), "name": ("name", ""),
 }  # fmt: skip
 PEAKS = {"velocity": ("v", "m"), "jerk": ("j", "m/rad^3")}
+COLUMNS: dict[str, type] = {"speed": float, "torque": float, "stable": np.int8, "name": str}
 QUANTITIES = [
     Quantity("speed", [10.0, 20.0], "speed", "rad/s", "speed"),
     Quantity("label", ["a", "b"], "label", "", "speed", coordinate=True),
@@ -37,7 +38,7 @@ QUANTITIES = [
     ),
     Quantity("amplitudes", {"x": 2e-6, "y": 0.5}, "amplitudes", "m"),
     Quantity("share", 0.12345, "share"),
-    *table("points", POINTS, "points", PARTS, "point", ["speed", "torque", "stable", "name"]),
+    *table("points", POINTS, "points", PARTS, "point", COLUMNS),
 ]
 
 
@@ -99,9 +100,12 @@ def test_a_name_is_given_once() -> None:
     assert both.wucht.summary["speed"] == 1.0
 
 
-def test_an_empty_table_has_empty_columns() -> None:
-    empty = variables_of(table("points", [], "points", PARTS, "point", ["speed", "stable"]))
-    assert empty.point_speed.shape == (0,)
+def test_an_empty_table_has_empty_columns_of_the_same_kinds() -> None:
+    empty = variables_of(table("points", [], "points", PARTS, "point", COLUMNS))
+    full = made()
+    for name in ("point_speed", "point_torque", "point_stable", "point_name"):
+        assert empty[name].shape == (0,)
+        assert empty[name].dtype.kind == full[name].dtype.kind
 
 
 def test_a_group_is_a_table_of_quantities_that_may_be_tables() -> None:

@@ -75,16 +75,13 @@ class Quantity:
         return {name: fact for name, fact in facts.items() if fact}
 
 
-_STORED: tuple[tuple[type, type], ...] = ((bool, np.int8), (str, str))  # how columns of these types are stored; else as floats
-
-
 def table(
     name: str,
     rows: Sequence[Mapping[str, Any]],
     what: str,
     parts: Mapping[str, tuple[str, str]],
     dimension: str = "",
-    columns: Sequence[str] = (),
+    columns: Mapping[str, type] | None = None,
 ) -> list[Quantity]:
     """A list of tables in the summary, some of whose columns are variables of the Dataset as well.
 
@@ -98,17 +95,13 @@ def table(
         Of each key of a table what it is, and its unit. Of a key without one neither is known to readers of the result.
     dimension : str
         Of the variables, whose names begin with it: ``point_speed``.
-    columns : sequence of str
-        The parts that are variables.
+    columns : mapping, optional
+        The parts that are variables, and how they are stored: ``float`` (None is not a number), ``str``, ``np.int8`` (flags).
     """
     stated = [Quantity(name, [dict(row) for row in rows], what, parts=parts)]
-    for part in columns:
-        values = [row[part] for row in rows]
-        kind = (
-            np.int8 if all(isinstance(v, bool) for v in values) else str if all(isinstance(v, str) for v in values) else float
-        )
-        what_it_is, unit = parts[part]
-        stated.append(Quantity(f"{dimension}_{part}", np.array(values, kind), what_it_is, unit, dimension))
+    for part, kind in (columns or {}).items():
+        column_is, unit = parts[part]
+        stated.append(Quantity(f"{dimension}_{part}", np.array([row[part] for row in rows], kind), column_is, unit, dimension))
     return stated
 
 

@@ -222,7 +222,8 @@ def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quanti
         "indifferent": ("whether phases can be chosen freely", ""),
         "family_dimension": ("number of phases that can be chosen freely", ""),
     }
-    columns = ["speed", "torque", "stable", *(("configuration", "overlapping") if plan.steady.branches else ())]
+    columns: dict[str, type] = {"speed": float, "torque": float, "stable": np.int8}
+    columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.branches else {}
     return table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns)
 
 

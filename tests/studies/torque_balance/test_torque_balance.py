@@ -104,8 +104,10 @@ def test_a_schedule_changes_the_breakdown() -> None:
 def test_a_series_motor_without_load_runs_away() -> None:
     """002 (2.105)."""
     bodies = [ROTOR | {"bearing_damping": 0.0}]
-    s = summary(machine(SERIES, (), bodies, directions="fixed", stiffness=None, damping=0.0))
+    result = run(TorqueBalance(), machine(SERIES, (), bodies, directions="fixed", stiffness=None, damping=0.0))
+    s = result.wucht.summary
     assert s["runaway"]
+    assert [result[f"point_{n}"].dtype.kind for n in ("speed", "torque", "stable")] == ["f", "f", "i"], "empty, and as ever"
     assert s["free_speed"] is None
     assert s["working_points"] == []
     assert s["sentence"] == "without vibration the drive's torque never meets the load: the rotor would run away"

@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.dynamics.run_ups.deviations import Deviations, at_equal_angle, at_equal_phase, course_of
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.results.quantities import Answer, Quantity
+from wucht.results.quantities import Answer, Quantity, variables_of
 from wucht.studies.run_up.computation import Plan
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
 
@@ -86,7 +86,7 @@ def gathered(plan: Plan, answers: Sequence[Answer], finished: int) -> xr.Dataset
 
     pairs = list(zip(plan.cases, answers, strict=False))  # a run may be missing
     cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | a.summary for c, a in pairs]
-    reduced = [_reduced(a.dataset(), plan.spec.over) for a in answers]
+    reduced = [_reduced(variables_of(a.quantities), plan.spec.over) for a in answers]
     longest = max(r.sizes["sample"] for r in reduced)
     padded = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced]
     result = xr_.concat(padded, dim="case", combine_attrs="override")
