@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 

@@ -13,7 +13,8 @@ from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.sampling import ensemble_run
 from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
 from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine

@@ -50,7 +50,7 @@ def test_a_coarse_tolerance_does_not_hide_a_modulation():
     """A range of 1 % with a tolerance of 1e-3: the motion is not called steady."""
     noise = Noise.of(1e-3)
     evidence = stands(beyond(), modulated(10 * noise.speed, 7.0), noise=noise).evidence
-    assert evidence.modulated is True
+    assert evidence.modulated.one is True
 
 
 def test_where_the_noise_is_as_large_as_the_limit_that_is_the_advice():

@@ -207,5 +207,5 @@ def test_many_at_once_are_as_each_alone(rounding):
     ]
     means = np.concatenate(kinds, axis=1)
     alone = np.array([projected(m, 20.0, rounding).bounds for m in means.T]).T
-    np.testing.assert_allclose(projected_each(means, 20.0, rounding), alone, rtol=1e-14)
+    np.testing.assert_allclose(projected_each(means, 20.0, rounding).bounds, alone, rtol=1e-14)
     assert {projected(m, 20.0, rounding).course for m in means.T} == set(Course)

@@ -12,7 +12,7 @@ import xarray as xr
 
 from known_basins import MACHINE, engine, phases
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES
+from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine

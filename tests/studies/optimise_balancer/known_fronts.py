@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.studies.study_file import read_study
 
 _OWN, END = 5e-5, 30.0  # damping of the machine as it is; how far each run is followed

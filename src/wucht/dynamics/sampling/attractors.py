@@ -18,9 +18,8 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.closer_look import watched
 from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, parameters_of, places
 from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.verdicts.observation import Observation
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.verdicts.verdict import judge
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed

@@ -21,10 +21,10 @@ from wucht.dynamics.sampling.ensemble_equations import (
 )
 from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion, Report, part_of
 from wucht.dynamics.sampling.first_look import FirstLook
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
 from wucht.dynamics.sampling.single_run_ups import run_up_each
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Status
 from wucht.numerics.flow.compiled import available_engine

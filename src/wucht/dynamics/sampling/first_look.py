@@ -9,15 +9,21 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.vibration import Vibration
-from wucht.dynamics.sampling.at_rest import LastHalf, Resting, resting
 from wucht.dynamics.sampling.attractors import Attractor
 from wucht.dynamics.sampling.doubling_pace import FINER, PARTS, SAMPLES, WINDOW, DoublingPace
 from wucht.dynamics.sampling.ensemble_equations import Equations, Numbered, Variants
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES
 from wucht.dynamics.sampling.member_views import Bound, FullView, SlowView, View, unbalance_left
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import weights_of
-from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
+from wucht.dynamics.verdicts.outcomes import (
+    MODULATION_THRESHOLD,
+    OUTCOMES,
+    SPEED_TOLERANCE,
+    UNBALANCE_TOLERANCE,
+    Outcome,
+    classify_each,
+)
+from wucht.dynamics.verdicts.screening import LastHalf, Screening, screened
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.members import Members
@@ -30,7 +36,7 @@ UNDECIDED = -1
 _LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest deserve a closer look; to an attractor either
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
 _ENDS = np.cumsum(FINER) - 1  # samples at the ends of the parts of the first chunk
-_CODE = {outcome: OUTCOMES.index(outcome) for outcome in OUTCOMES}
+_UNIDENTIFIED, _COMPENSATED = OUTCOMES.index(Outcome.UNIDENTIFIED), OUTCOMES.index(Outcome.COMPENSATED)
 
 
 @dataclass(frozen=True)
@@ -90,18 +96,18 @@ class FirstLook:
         left = self._left(phases, variants.of)[0]
         course = _lengthened(record.course if index else None, speed, left)
         half = slice(-SAMPLES, None)
-        seen = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half])
-        rest, free = resting(seen, self.noise), self._free[variants.of]
+        seen, free = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half]), self._free[variants.of]
+        rest = screened(seen, free, self.noise)
         last = index == self.pace.chunks - 1
         at_end = last and self.final
-        outcome = self._outcome(rest, phases[:, -1], variants)
+        outcome = self._outcome(rest, seen, variants)
         outcome = np.where(at_end | rest.still | (rest.width <= SETTLED), outcome, UNDECIDED)
         settling = np.where(outcome != UNDECIDED, _settling_time(course, times[-1], free), np.nan)
         if index:
             self._arrive((outcome, settling, square), samples, course, times[-1], free)
         if at_end:
             hopeless = (outcome == UNDECIDED) & self._hopeless(rest, seen, variants)
-            outcome = np.where(hopeless, _CODE[Outcome.UNIDENTIFIED], outcome)
+            outcome = np.where(hopeless, _UNIDENTIFIED, outcome)
         closer = (outcome == UNDECIDED) & (last | (not self.final and self._stuck(rest, index)))
         record = MemberRecord(record.number, outcome.astype(np.int8), closer, square, settling, end, course)
         return record, (outcome != UNDECIDED) | closer
@@ -114,11 +120,11 @@ class FirstLook:
     def _view(self) -> FullView | SlowView:
         return self.equations.view(self.variants)
 
-    def _stuck(self, rest: Resting, index: int) -> np.ndarray:
+    def _stuck(self, rest: Screening, index: int) -> np.ndarray:
         """Which members (M,) are not worth waiting for after so many chunks: they neither come to rest nor to an attractor."""
         if self.attractors:
-            return np.asarray((rest.cycling | ~rest.nearing) & ~rest.known & (index >= _LONGER))
-        return np.asarray(rest.cycling | (~rest.nearing & ~rest.known & (index >= _LONG)))
+            return np.asarray((rest.cycling | ~rest.nearing) & ~rest.settled & (index >= _LONGER))
+        return np.asarray(rest.cycling | (~rest.nearing & ~rest.settled & (index >= _LONG)))
 
     def _arrive(
         self,
@@ -179,30 +185,29 @@ class FirstLook:
             self.known[key] = _resonance(self.variants.machines[variant], sense, phases)
         return self.known[key]
 
-    def _outcome(self, rest: Resting, phases: np.ndarray, variants: Variants) -> np.ndarray:
-        """The outcome (M,) of members at rest with the bodies about the rotor at phases (b, M), ``UNDECIDED`` of others."""
-        outcome = np.full(len(rest.known), UNDECIDED, np.int8)
-        (at_speed, speed_known), (balanced, balance_known) = rest.at_speed(self._free[variants.of]), rest.balanced
-        outcome[rest.known & at_speed & balanced] = _CODE[Outcome.COMPENSATED]
-        others = rest.known & rest.quiet & ((speed_known & ~at_speed) | (balance_known & ~balanced))
+    def _outcome(self, rest: Screening, seen: LastHalf, variants: Variants) -> np.ndarray:
+        """The outcome (M,) of members that have settled; ``UNDECIDED`` of others, and while bodies move at those where this
+        counts."""
+        e, phases = rest.evidence, seen.phases[:, -1]
+        others = rest.settled & rest.quiet & (e.at_speed.no | e.balanced.no)
+        resonance = np.full(len(others), np.nan)
         for i in np.flatnonzero(others):
-            rounded = np.zeros(len(phases)) if self.equations.isotropic else np.round(rest.sense[i] * phases[:, i] / _ROUND)
-            resonance = self._resonance(int(variants.of[i]), int(rest.sense[i]), tuple((_ROUND * rounded).tolist()))
-            if resonance is None or rest.lowest[0, i] > resonance:
-                outcome[i] = _CODE[Outcome.PASSED]
-            elif rest.even[i] and rest.lowest[1, i] <= resonance:
-                outcome[i] = _CODE[Outcome.CAPTURED]
-        return outcome
+            rounded = np.zeros(len(phases)) if self.equations.isotropic else np.round(seen.sense[i] * phases[:, i] / _ROUND)
+            at = self._resonance(int(variants.of[i]), int(seen.sense[i]), tuple((_ROUND * rounded).tolist()))
+            resonance[i] = np.nan if at is None else at
+        outcome = classify_each(replace(e, resonance=resonance))
+        decided = (outcome == _COMPENSATED) | (others & (outcome != _UNIDENTIFIED))
+        return np.asarray(np.where(decided, outcome, UNDECIDED), np.int8)
 
-    def _hopeless(self, rest: Resting, seen: LastHalf, variants: Variants) -> np.ndarray:
+    def _hopeless(self, rest: Screening, seen: LastHalf, variants: Variants) -> np.ndarray:
         """Which members (M,) no closer look can tell: their speed goes up and down, below the resonance, too seldom yet,
         or they are far from their end."""
-        window = rest.sense * seen.speed.reshape(WINDOWS, -1, seen.speed.shape[1])[-1]
+        window = seen.sense * seen.speed.reshape(WINDOWS, -1, seen.speed.shape[1])[-1]
         low, high = window.min(axis=0), window.max(axis=0)
-        restless = ~rest.known & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises < 2)
+        restless = ~rest.settled & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises < 2)
         before = rest.early.copy()
         for i in np.flatnonzero(restless) if self.equations.isotropic else ():
-            resonance = self._resonance(int(variants.of[i]), int(rest.sense[i]), (0.0,) * len(seen.phases))
+            resonance = self._resonance(int(variants.of[i]), int(seen.sense[i]), (0.0,) * len(seen.phases))
             before[i] = resonance is not None and low[i] < resonance
         return before
 
@@ -210,8 +215,6 @@ class FirstLook:
 def _resonance(machine: Machine, sense: int, phases: tuple[float, ...]) -> float | None:
     """See ``FirstLook._resonance``."""
     free = free_speed(machine, machine.rotor)
-    if free == 0:
-        return None
     index = [machine.bodies.index(b) for b in machine.group(machine.rotor)]
     expected = None if free is None else sense * free
     return Vibration.of(machine).only(index).last_maximum(expected, np.array([0.0, *phases]))

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 
-OUTCOMES = tuple(Outcome)
 _ARRAYS = ("outcome", "settling_time", "peak_amplitude", "end_time")
 
 

@@ -12,8 +12,8 @@ from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.run_ups.varied import Varied, with_states
 from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 

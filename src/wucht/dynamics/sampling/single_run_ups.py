@@ -12,7 +12,8 @@ from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import Variants
 from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion, Report
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 
 

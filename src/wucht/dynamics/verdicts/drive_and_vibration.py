@@ -16,7 +16,7 @@ from wucht.numerics.observers.projection import Course
 _SHORT = 0.98  # of the free speed: a rotor that is held before has not reached it
 
 
-def as_it_rises(machine: Machine, stands: Standing) -> Evidence:
+def as_it_rises(machine: Machine, stands: Standing) -> Evidence[float]:
     """The evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
 
     It is settled as soon as the vibration is seen to hold it short of its free speed; or nothing can hold it.
@@ -25,7 +25,7 @@ def as_it_rises(machine: Machine, stands: Standing) -> Evidence:
     rises = mean.course is not Course.STATIONARY and mean.high > mean.last
     limit = runaway_limit(machine) if e.free_speed is None else _SHORT * e.free_speed
     moving = stands.growing or stands.unrest > UNREST
-    if e.settled or moving or not (rises and e.beyond) or e.asynchronous is not False or limit is None:
+    if e.settled or moving or not (rises and e.beyond) or not e.asynchronous.no or limit is None:
         return e
     speeds = np.linspace(stands.speed, limit, 800)
     held = not (torque_surplus(machine, stands.vibration, stands.final_phases, speeds) > 0).all()

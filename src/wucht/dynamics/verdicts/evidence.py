@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from wucht.numerics.observers.projection import (
     Projection,
     falling,
     projected,
+    projected_each,
     trend,
     windows_of,
 )
@@ -59,7 +61,7 @@ class Standing:
     nothing says so. endless: why it will never be known, as far as is seen; else empty.
     """
 
-    evidence: Evidence
+    evidence: Evidence[float]
     sense: int
     window: Blocks
     speed: float
@@ -136,7 +138,7 @@ def standing(
     # What is left of a compensated unbalance is rounding: its torque has the shape of the rotor's.
     compensated = p.left is not None and p.left.last <= noise.angle
     alone = Vibration.of(machine).only(index[:1]) if compensated else vibration
-    resonance = None if expected == 0 else alone.last_maximum(expected, final[:1] if compensated else final)
+    resonance = alone.last_maximum(expected, final[:1] if compensated else final)
     lasting = _lasting(p.varied, observed)
     lasts = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD
     near = resonance is not None and p.lowest.low - resonance < 2 * float(series.highs[-1] - series.lows[-1])
@@ -188,7 +190,8 @@ def _projections(
 ) -> _Projections:
     """longer: times the record, the run. about: which of the others are about the rotor."""
     ahead, rounding = series.ahead * longer, max(series.rounding, noise.speed * reference)
-    mean, lowest = (projected(x, ahead, rounding) for x in (series.means, series.lows))
+    speeds = projected_each(np.column_stack([series.means, series.lows]), ahead, rounding)
+    mean, lowest = speeds.one(0), speeds.one(1)
     last = float(series.means[-1])
     varied = _of_positive(falling((series.highs - series.lows) / series.means, ahead, rounding / last))
     borders = observed.borders if observed is not None and _by_cycles(whole, observed) else None
@@ -200,7 +203,7 @@ def _projections(
     )
 
 
-def _endless(p: _Projections, e: Evidence, waits: list[float], noise: Noise, reference: float) -> str:
+def _endless(p: _Projections, e: Evidence[float], waits: list[float], noise: Noise, reference: float) -> str:
     """Why what is not known will never be known; empty where it may be."""
     if e.free_speed == 0 and not e.settled and waits == [math.inf] and p.mean.low < p.mean.last:
         return COASTS
@@ -213,17 +216,17 @@ def _endless(p: _Projections, e: Evidence, waits: list[float], noise: Noise, ref
     return "" if known else WAVERS
 
 
-def _open_numbers(p: _Projections, e: Evidence, noise: Noise, reference: float) -> list[tuple[Projection, float]]:
+def _open_numbers(p: _Projections, e: Evidence[float], noise: Noise, reference: float) -> list[tuple[Projection, float]]:
     """The numbers by which it cannot be told what becomes of the rotor, each with its noise. reference: a speed."""
     of_speed = noise.speed * reference
-    numbers = [] if e.settled and e.at_speed is not None else [(p.mean, of_speed), (p.lowest, of_speed)]
-    numbers += [] if p.left is None or e.balanced is not None else [(p.left, noise.angle)]
-    numbers += [] if e.beyond is not None else [(p.lowest, of_speed)]
-    numbers += [] if e.modulated is not None else [(p.varied, noise.speed)]
+    numbers = [] if e.settled and e.at_speed.known else [(p.mean, of_speed), (p.lowest, of_speed)]
+    numbers += [] if p.left is None or e.balanced.known else [(p.left, noise.angle)]
+    numbers += [] if e.beyond.known else [(p.lowest, of_speed)]
+    numbers += [] if e.modulated.known else [(p.varied, noise.speed)]
     return numbers + [(lag, noise.speed) for lag in p.lags if undecided(lag)]
 
 
-def _waits(p: _Projections, e: Evidence, reference: float, whole: Blocks, series: _Series) -> list[float]:
+def _waits(p: _Projections, e: Evidence[float], reference: float, whole: Blocks, series: _Series) -> list[float]:
     """In how many windows each number will be known that is not."""
     beats = p.beats and p.varied.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
     dies_out = beats and p.varied.course is Course.APPROACHING
@@ -231,19 +234,26 @@ def _waits(p: _Projections, e: Evidence, reference: float, whole: Blocks, series
     if e.free_speed == 0 and not e.settled:  # it coasts: nothing else is to be known
         return [windows_to_rest(whole, series.means)]
     waits = [] if e.settled else [min(p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference), even)]
-    waits += [] if p.left is None or e.balanced is not None else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
-    waits += [] if e.beyond is not None else [min(p.lowest.windows_until(1e-3 * reference), even)]
-    waits += [] if e.modulated is not None else [p.varied.windows_until(0.5 * MODULATION_THRESHOLD)]
+    waits += [] if p.left is None or e.balanced.known else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
+    waits += [] if e.beyond.known else [min(p.lowest.windows_until(1e-3 * reference), even)]
+    waits += [] if e.modulated.known else [p.varied.windows_until(0.5 * MODULATION_THRESHOLD)]
     if p.parted < math.inf:
         return [p.parted]
     waits += [p.varied.windows * math.log(1 / p.varied.last)] if p.growing and 0 < p.varied.last < 1 else []
-    return waits + [lag.windows for lag in p.lags if e.asynchronous is None and undecided(lag)]
+    return waits + [lag.windows for lag in p.lags if not e.asynchronous.known and undecided(lag)]
+
+
+def unrest(least: Any, greatest: Any) -> np.ndarray:
+    """By how much a residual unbalance goes to and fro, as a share of its largest value; 0 where it is compensated.
+
+    least, greatest: of the last half, as shares of the unbalance, of each motion.
+    """
+    return np.where(greatest > UNBALANCE_TOLERANCE, 1 - least / np.maximum(greatest, UNBALANCE_TOLERANCE), 0.0)
 
 
 def _unrest(half: Blocks) -> float:
-    """By how much the residual unbalance goes to and fro, as a share of its largest value; 0 where it is compensated."""
-    greatest = float(half.greatest_sum.max())
-    return 1 - float(half.least_sum.min()) / greatest if greatest > UNBALANCE_TOLERANCE else 0.0
+    """That of a rotor."""
+    return float(unrest(half.least_sum.min(), half.greatest_sum.max()))
 
 
 def _now(last: Blocks) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from wucht.numerics.observers.turns import PER_TURN
 
 _CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
-_LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
+LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
 _TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
 _WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
 _IRREGULAR, _MANY_SLIPS = 0.1, 1000  # of the lag, and turns: a body that tumbles irregularly lags if it has done so for so long
@@ -42,7 +42,7 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     place = projected(windows_of(slip).mean(axis=1), ahead, max(_AT_REST, noise.angle))
     half = slip[len(slip) // 2 :]
     if _librates(half) and place.width < 2 * math.pi:
-        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(half))
+        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=bool(grows(half)))
     rounding = noise.speed
     if borders is not None:
         means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed
@@ -79,15 +79,15 @@ def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> 
     return until if until < ahead else None
 
 
-def _grows(slip: np.ndarray) -> bool:
+def grows(slip: np.ndarray, axis: int = 0) -> np.ndarray:
     """Whether a swing grows that is not small."""
-    earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
-    return late > max(_SMALL, _GROWING * earlier)
+    earlier, late = (np.ptp(part, axis=axis) for part in np.array_split(slip, 2, axis=axis))
+    return np.asarray(late > np.maximum(_SMALL, _GROWING * earlier))
 
 
 def _librates(slip: np.ndarray) -> bool:
     """Whether a body swings by less than a quarter of a turn about its place, or further, but evenly and without tumbling."""
-    if np.ptp(slip) < _LIBRATION:
+    if np.ptp(slip) < LIBRATION:
         return True
     earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
     return bool(np.ptp(slip) < _TUMBLING and abs(late - earlier) <= _EVENLY * earlier)

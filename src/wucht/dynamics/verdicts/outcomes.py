@@ -1,12 +1,18 @@
-"""Outcomes: every run gets a label. The contract's criteria, decided from a few numbers, not from a trajectory."""
+"""Outcomes: every run gets a label. The contract's criteria, decided from a few numbers, not from a trajectory.
+
+They are written for M motions at once; one run is one of them, whose numbers are no arrays.
+"""
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Self
+from typing import Any, Generic, Self, TypeVar
+
+import numpy as np
 
 SPEED_TOLERANCE = 0.005  # of what the drive reaches without vibration: contract, "compensated"
 UNBALANCE_TOLERANCE = 0.01  # of the rotor's unbalance: contract, "compensated"
@@ -43,91 +49,131 @@ class Outcome(StrEnum):
     FAILED = "failed", "the run failed"
 
 
+OUTCOMES = tuple(Outcome)
 THROUGH = (Outcome.COMPENSATED, Outcome.PASSED)  # the resonance is passed
 OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # could have come to any other
 
 Bounds = tuple[float, float]  # between which something will stay, as far as it can be told
-_NOTHING: Bounds = (0.0, 0.0)
+T = TypeVar("T", float, np.ndarray)  # a number; of M motions an array (M,)
+_ZERO: Any = (0.0, 0.0)
+_ANY: Any = (0.0, math.inf)
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Fact:
+    """Whether something holds: ``yes``, ``no``, or neither, where it is not known yet. Of M motions each is an array (M,)."""
+
+    yes: Any
+    no: Any
+
+    @classmethod
+    def within(cls, bounds: tuple[Any, Any], low: Any, high: Any) -> Self:
+        """Whether what stays between bounds stays between limits."""
+        least, most = bounds
+        return cls((low <= least) & (most <= high), (most < low) | (high < least))
+
+    @classmethod
+    def above(cls, bounds: tuple[Any, Any], limit: Any, *, or_at: bool = False) -> Self:
+        """Whether it stays above a limit."""
+        least, most = bounds
+        if or_at:
+            return cls(least >= limit, most < limit)
+        return cls(least > limit, most <= limit)
+
+    @property
+    def known(self) -> Any:
+        """Whether it is known."""
+        return self.yes | self.no
+
+    @property
+    def one(self) -> bool | None:
+        """Of one motion; None: it is not known."""
+        return True if self.yes else False if self.no else None
+
+    def __bool__(self) -> bool:
+        return bool(self.yes)
+
+    def __and__(self, other: Fact) -> Fact:
+        return Fact(self.yes & other.yes, self.no | other.no)
+
+    def __invert__(self) -> Fact:
+        return Fact(self.no, self.yes)
+
+
+_YES = Fact(yes=True, no=False)
+_NO = ~_YES
+
+
+@dataclass(frozen=True)
+class Evidence(Generic[T]):
     """What the criteria need: of numbers the bounds between which they will stay. Speeds are positive as the rotor turns.
 
     turning: at least a few turns were made. mean_speed, lowest_speed: of the rotor, averaged over turns. settled: its mean
     speed will not change by more than 0.5 % any more, and what it does goes on. free_speed: what the drive reaches without
-    vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
-    there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
-    unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation: the range of the speed,
-    as a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the largest there was.
-    unheld: nothing can hold the speed before the limit, from where it is.
+    vibration, None if that is not determined (of M motions: nan). resonance: speed of the last maximum of the vibration torque
+    below it, None if there is none (nan). residual: largest share of the rotor's unbalance that is left (1: as without
+    balancers), None without unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation:
+    the range of the speed, as a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the
+    largest there was. unheld: nothing can hold the speed before the limit, from where it is.
     """
 
-    turning: bool
-    mean_speed: Bounds = _NOTHING
-    lowest_speed: Bounds = _NOTHING
-    settled: bool = True
-    free_speed: float | None = None
-    resonance: float | None = None
-    residual: Bounds | None = None
-    lags: tuple[Bounds, ...] = ()
-    modulation: Bounds = _NOTHING
-    swing: Bounds = (0.0, math.inf)
+    turning: bool | np.ndarray
+    mean_speed: tuple[T, T] = _ZERO
+    lowest_speed: tuple[T, T] = _ZERO
+    settled: bool | np.ndarray = True
+    free_speed: T | None = None
+    resonance: T | None = None
+    residual: tuple[T, T] | None = None
+    lags: tuple[tuple[T, T], ...] = ()
+    modulation: tuple[T, T] = _ZERO
+    swing: tuple[T, T] = _ANY
     unheld: bool = False
     beyond_limit: bool = False
 
     @property
-    def at_speed(self) -> bool | None:
-        """Whether the rotor holds what the drive reaches without vibration, within 0.5 %; None: it cannot be told."""
+    def at_speed(self) -> Fact:
+        """Whether the rotor holds what the drive reaches without vibration, within 0.5 %."""
         if self.free_speed is None:
-            return False
+            return _NO
         reach = SPEED_TOLERANCE * abs(self.free_speed)
         limits = self.free_speed - reach, self.free_speed + reach
-        each = [_within(bounds, *limits) for bounds in (self.mean_speed, self.lowest_speed)]
-        return False if False in each else None if None in each else True
+        held = Fact.within(self.mean_speed, *limits) & Fact.within(self.lowest_speed, *limits)
+        return Fact(held.yes, held.no | (self.free_speed != self.free_speed))
 
     @property
-    def balanced(self) -> bool | None:
-        """Whether less than 1 % of the unbalance is left, likewise."""
-        return False if self.residual is None else _not(_above(self.residual, UNBALANCE_TOLERANCE, or_at=True))
+    def balanced(self) -> Fact:
+        """Whether less than 1 % of the unbalance is left."""
+        return _NO if self.residual is None else ~Fact.above(self.residual, UNBALANCE_TOLERANCE, or_at=True)
 
     @property
-    def asynchronous(self) -> bool | None:
-        """Whether a body lags by more than 0.1 % of the speed, likewise."""
-        each = [_within(lag, -LAG_TOLERANCE, LAG_TOLERANCE) for lag in self.lags]
-        return True if False in each else None if None in each else False
+    def asynchronous(self) -> Fact:
+        """Whether a body lags by more than 0.1 % of the speed."""
+        return ~functools.reduce(Fact.__and__, (Fact.within(x, -LAG_TOLERANCE, LAG_TOLERANCE) for x in self.lags), _YES)
 
     @property
-    def beyond(self) -> bool | None:
-        """Whether the rotor stays beyond its resonance, likewise."""
-        return True if self.resonance is None else _above(self.lowest_speed, self.resonance)
+    def beyond(self) -> Fact:
+        """Whether the rotor stays beyond its resonance."""
+        if self.resonance is None:
+            return _YES
+        above = Fact.above(self.lowest_speed, self.resonance)
+        return Fact(above.yes | (self.resonance != self.resonance), above.no)
 
     @property
-    def modulated(self) -> bool | None:
-        """Whether the speed varies by more than 0.2 %, likewise."""
-        return _above(self.modulation, MODULATION_THRESHOLD)
+    def modulated(self) -> Fact:
+        """Whether the speed varies by more than 0.2 %."""
+        return Fact.above(self.modulation, MODULATION_THRESHOLD)
 
 
-def _within(bounds: Bounds, low: float, high: float) -> bool | None:
-    """Whether what stays between bounds stays between limits."""
-    return True if low <= bounds[0] and bounds[1] <= high else False if bounds[1] < low or high < bounds[0] else None
+def classify(e: Evidence[float]) -> Outcome:
+    """The outcome of one motion: see ``classify_each``."""
+    return OUTCOMES[int(classify_each(e))]
 
 
-def _above(bounds: Bounds, limit: float, *, or_at: bool = False) -> bool | None:
-    """Whether it stays above a limit."""
-    above = bounds[0] >= limit if or_at else bounds[0] > limit
-    below = bounds[1] < limit if or_at else bounds[1] <= limit
-    return True if above else False if below else None
+def classify_each(e: Evidence[Any]) -> np.ndarray:
+    """The places in ``OUTCOMES`` (M,) of M motions; () of one.
 
-
-def _not(fact: bool | None) -> bool | None:
-    return None if fact is None else not fact
-
-
-def classify(e: Evidence) -> Outcome:
-    """The outcome, if all that can still come of it gives the same; else ``unidentified``. Each criterion is taken for itself.
-
-    In this order:
+    It is the outcome that all that can still come of a motion gives, each criterion taken for itself; ``unidentified`` where
+    that is not one alone. In this order:
 
     1. ``runaway``: beyond the limit, or on the way there with nothing that could hold it.
     2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more.
@@ -137,19 +183,25 @@ def classify(e: Evidence) -> Outcome:
     6. ``passed``: beyond the resonance, or there is none below the free speed.
     7. ``captured-modulated``: modulated, and at or before the resonance at least once a period. ``captured``: not modulated.
     """
-    if e.beyond_limit or e.unheld:
-        return Outcome.RUNAWAY
-    if not e.turning:
-        swings = _above(e.swing, AT_REST)
-        return Outcome.UNIDENTIFIED if swings is None else Outcome.OSCILLATING if swings else Outcome.STOPPED
-    if not e.settled:
-        return Outcome.UNIDENTIFIED
-    facts = (e.at_speed, e.balanced, e.asynchronous, e.beyond, e.modulated)
-    possible = {_outcome(*each) for each in itertools.product(*((True, False) if f is None else (f,) for f in facts))}
-    return possible.pop() if len(possible) == 1 else Outcome.UNIDENTIFIED
+    facts, swings = (e.at_speed, e.balanced, e.asynchronous, e.beyond, e.modulated), Fact.above(e.swing, AT_REST)
+    unknown = OUTCOMES.index(Outcome.UNIDENTIFIED)
+    turning = _outcomes()[tuple(2 * f.yes + f.no - 1 for f in facts)]
+    at_rest = np.where(swings.yes, OUTCOMES.index(Outcome.OSCILLATING), OUTCOMES.index(Outcome.STOPPED))
+    each = np.where(e.turning, np.where(e.settled, turning, unknown), np.where(swings.known, at_rest, unknown))
+    return np.where(e.beyond_limit or e.unheld, OUTCOMES.index(Outcome.RUNAWAY), each)
 
 
-def _outcome(at_speed: bool, balanced: bool, asynchronous: bool, beyond: bool, modulated: bool) -> Outcome:
+@functools.cache
+def _outcomes() -> np.ndarray:
+    """The places in ``OUTCOMES`` of motions that turn, by their facts, each 0, 1, or -1 where it is not known."""
+    table, unknown = np.empty((3,) * 5, np.int8), OUTCOMES.index(Outcome.UNIDENTIFIED)
+    for facts in itertools.product((0, 1, -1), repeat=5):
+        possible = {_outcome(*each) for each in itertools.product(*((0, 1) if f < 0 else (f,) for f in facts))}
+        table[facts] = OUTCOMES.index(possible.pop()) if len(possible) == 1 else unknown
+    return table
+
+
+def _outcome(at_speed: int, balanced: int, asynchronous: int, beyond: int, modulated: int) -> Outcome:
     """The outcome of a motion of which all is known."""
     if at_speed and balanced and not asynchronous:
         return Outcome.COMPENSATED
@@ -184,11 +236,11 @@ class Locking:
         """
         if self.periods < FEWEST_PERIODS:
             return None
-        each = [_within(off, -LOCK_TOLERANCE, LOCK_TOLERANCE) for off in self.apart]
-        if False in each:
+        each = [Fact.within(off, -LOCK_TOLERANCE, LOCK_TOLERANCE) for off in self.apart]
+        if any(fact.no for fact in each):
             return False if self.bounded else None
         at_rest = all(high - low < PHASE_TOLERANCE for low, high in self.phases)
-        return True if at_rest and None not in each else None
+        return True if at_rest and all(fact.yes for fact in each) else None
 
     def outcome(self, *, by_vibration: bool) -> Outcome:
         """``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: by a prescribed vibration."""

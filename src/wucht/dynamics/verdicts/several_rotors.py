@@ -15,7 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import common_free_speed, free_speed, sense_of
 
 
-def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> tuple[dict[str, Outcome], Evidence | None]:
+def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> tuple[dict[str, Outcome], Evidence[float] | None]:
     """What became of each of several rotors that are free to turn; and the evidence of their common motion, if they are locked.
 
     Rotors that are locked excite the vibration together, in the phases they have, and one speed belongs to them, at which all
@@ -30,7 +30,7 @@ def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> tuple[
     return {name: classify(e) for name, e in each.items()}, common
 
 
-def _common(machine: Machine, seen: Observation, means: Locked, stands: dict[str, Standing]) -> Evidence | None:
+def _common(machine: Machine, seen: Observation, means: Locked, stands: dict[str, Standing]) -> Evidence[float] | None:
     """The evidence of the common motion of rotors that are locked; None where they are not, or one is not free to turn."""
     record, locked = seen.common, means.evidence.locked and seen.vibration is None and len(stands) == len(machine.rotors)
     # Without a drive a rotor may turn either way, but vibration and mean angle are those of one that turns counter-clockwise.
@@ -43,12 +43,12 @@ def _common(machine: Machine, seen: Observation, means: Locked, stands: dict[str
         for body, phase in zip(machine.group(rotor), stands[rotor.name].final_phases, strict=True)
     }
     reached, in_order = common_free_speed(machine), np.array([phases[b.name] for b in machine.bodies])
-    resonance = None if reached == 0 else Vibration.of(machine).last_maximum(reached, in_order)
+    resonance = Vibration.of(machine).last_maximum(reached, in_order)
     evidence = standing(machine, machine.rotor, record, reached, seen.end_time, seen.noise).evidence
     return replace(evidence, resonance=resonance)
 
 
-def _as_one(stands: Standing, common: Evidence) -> Evidence:
+def _as_one(stands: Standing, common: Evidence[float]) -> Evidence[float]:
     """The evidence of a rotor in the common motion: the bodies about it are its own, and a swing that lasts."""
     own = stands.evidence
     return replace(

@@ -59,7 +59,7 @@ def longer_until_no_turning(seen: Observation) -> float:
     return _longer(each.max(axis=1) / speeds.max(), _SMALL * _FALLS) if each.size and trend(each.max(axis=1)) < 0 else 0.0
 
 
-def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None) -> Evidence | None:
+def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None) -> Evidence[float] | None:
     """The evidence of a main rotor that turns, but back again in each turn: by its mean speeds over tenths of the run.
 
     None if it does not turn so, all windows alike. free: what its drive reaches without vibration.
@@ -76,7 +76,7 @@ def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None
         return None
     expected = None if free is None else sense * free
     index = [machine.bodies.index(b) for b in machine.group(rotor)]
-    resonance = Vibration.of(machine).only(index).last_maximum(expected, np.zeros(len(index))) if expected != 0 else None
+    resonance = Vibration.of(machine).only(index).last_maximum(expected, np.zeros(len(index)))
     return Evidence(True, mean.bounds, mean.bounds, free_speed=expected, resonance=resonance)
 
 

@@ -51,7 +51,7 @@ class Verdict:
     """
 
     outcome: Outcome
-    evidence: Evidence
+    evidence: Evidence[float]
     window: tuple[float, float]
     standing: Standing | None = None
     speed: float = 0.0
@@ -237,7 +237,7 @@ def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
 
     Free vibrations decay on their own, often long after the speed has settled. None where bodies lag: it beats for good.
     """
-    if stands.evidence.asynchronous is not False:
+    if not stands.evidence.asynchronous.no:
         return None
     _, low, high = stands.window.amplitudes
     margin = AMPLITUDE_TOLERANCE * float(whole.greatest_amplitude.max())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -62,79 +63,90 @@ class Projection:
         return self.windows * math.log(self.width / width) if observed else math.inf
 
 
+@dataclass(frozen=True)
+class Projections:
+    """The projections of M signals, each array (M,): see ``Projection``. constant: they change by rounding alone."""
+
+    last: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    constant: np.ndarray
+    approaching: np.ndarray
+    drifting: np.ndarray
+    windows: np.ndarray
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Between which they will stay (2, M)."""
+        return np.array([self.low, self.high])
+
+    @property
+    def width(self) -> np.ndarray:
+        """How far the bounds are apart (M,)."""
+        return np.asarray(self.high - self.low)
+
+    @property
+    def converging(self) -> np.ndarray:
+        """Whether they approach a limit, or are there (M,)."""
+        return np.asarray(self.constant | self.approaching)
+
+    def one(self, i: int = 0) -> Projection:
+        """That of one signal."""
+        course = Course.APPROACHING if self.approaching[i] else Course.DRIFTING if self.drifting[i] else Course.STATIONARY
+        return Projection(float(self.last[i]), float(self.low[i]), float(self.high[i]), course, float(self.windows[i]))
+
+
 def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:
-    """The projection of the means (w,), w >= 2, over successive windows.
+    """The projection of the means (w,), w >= 2, of one signal: see ``projected_each``."""
+    return projected_each(means[:, None], ahead, rounding, wider).one()
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def projected_each(
+    means: np.ndarray, ahead: float = AHEAD, rounding: np.ndarray | float = 0.0, wider: float = 0.25
+) -> Projections:
+    """The projections of the means (w, M), w >= 2, of M signals over successive windows.
 
     An approach contracts from change to change: of ratio rho it adds the last change times rho/(1 - rho), and half of that
     again is allowed for. A drift goes on as it does for so many windows ``ahead``, a growth grows on. Changes to and fro stay
-    within their range, widened on both sides by a share ``wider`` of it. Changes below ``rounding`` are none.
+    within their range, widened on both sides by a share ``wider`` of it. Changes below ``rounding``, of all or of each (M,),
+    are none.
     """
-    changes = np.diff(means)
-    sizes, last = np.abs(changes), float(means[-1])
-    low, high = float(means.min()), float(means.max())
-    after = float(sizes[-1])
-    if (sizes[-2:] <= rounding).all():
-        return Projection(last, float(means[-3:].min()), float(means[-3:].max()), Course.STATIONARY)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = sizes[1:] / sizes[:-1]
-    if len(ratios) > 1 and (ratios < _CONTRACTING).all():
-        rho = float(ratios[-2:].max())
-        rest = after * rho / (1 - rho)
-        windows = _time_constant(ratios)
+    changes, last, recent = means[1:] - means[:-1], means[-1], means[-3:]
+    sizes, low, high = abs(changes), means.min(axis=0), means.max(axis=0)
+    # Whether two changes contract cannot be told.
+    ratios = sizes[1:] / sizes[:-1] if len(means) > 3 else np.full((1, means.shape[1]), np.nan)
+    constant = np.asarray((sizes[-2:] <= rounding).all(axis=0))
+    approaching = np.asarray((ratios < _CONTRACTING).all(axis=0) & ~constant)
+    one_way = (sizes[-1] > rounding) & (abs(changes.sum(axis=0)) >= _DIRECTED * sizes.sum(axis=0))
+    drifting, margin = one_way & ~approaching & ~constant, wider * (high - low)
+    least, greatest, windows = low - margin, high + margin, np.full(len(last), math.inf)
+    if constant.any():
+        least, greatest = (np.where(constant, x, y) for x, y in ((recent.min(axis=0), least), (recent.max(axis=0), greatest)))
+    if approaching.any():
+        rates, rho = -np.log(ratios[-_LAST_RATIOS:]), ratios[-2:].max(axis=0)
+        windows = np.where(approaching & _alike(rates), 1 / rates.min(axis=0), windows)
         # Changes to and fro have their limit between the last two.
-        toward = last + math.copysign(1.5 * rest, changes[-1]) if changes[-1] * changes[-2] > 0 else float(means[-2])
-        return Projection(last, min(last, toward), max(last, toward), Course.APPROACHING, windows)
-    if after > rounding and abs(changes.sum()) >= _DIRECTED * sizes.sum():
-        growth = _growth(ratios)
-        count = math.exp(growth) * math.expm1(min(ahead * growth, 600.0)) / math.expm1(growth) if growth > 1e-9 else ahead
-        toward = last + math.copysign(min(after * count, _FARTHEST), changes[-1])
-        windows = 1 / growth if growth > 0 else math.inf
-        return Projection(last, min(last, toward), max(last, toward), Course.DRIFTING, windows)
-    margin = wider * (high - low)
-    return Projection(last, low - margin, high + margin, Course.STATIONARY)
-
-
-def projected_each(
-    means: np.ndarray, ahead: float = AHEAD, rounding: np.ndarray | float = 0.0, wider: float = 0.25
-) -> np.ndarray:
-    """The bounds (2, M) of ``projected`` for many signals (w, M) at once, w >= 4. rounding: of all, or of each (M,)."""
-    changes = np.diff(means, axis=0)
-    sizes, last = np.abs(changes), means[-1]
-    low, high, after = means.min(axis=0), means.max(axis=0), sizes[-1]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratios = sizes[1:] / sizes[:-1]
-        rho, logs = ratios[-2:].max(axis=0), np.log(ratios)
-        rest = last + np.copysign(1.5 * after * rho / (1 - rho), changes[-1])
-        grows = (ratios > 1).all(axis=0) & (logs.max(axis=0) <= _ALIKE * logs.min(axis=0))
-        growth = np.where(grows, logs.min(axis=0), 0.0)
+        limit = np.where(changes[-1] * changes[-2] > 0, last + 1.5 * changes[-1] * rho / (1 - rho), means[-2])
+        least, greatest = _reaching(last, limit, approaching, least, greatest)
+    if drifting.any():
+        logs = np.log(ratios)
+        growth = np.where((ratios > 1).all(axis=0) & _alike(logs), logs.min(axis=0), 0.0)
         count = np.exp(growth) * np.expm1(np.minimum(ahead * growth, 600.0)) / np.expm1(growth)
-        gone = last + np.copysign(np.minimum(after * np.where(growth > 1e-9, count, ahead), _FARTHEST), changes[-1])
-    constant = (sizes[-2:] <= rounding).all(axis=0)
-    approaching = (ratios < _CONTRACTING).all(axis=0)
-    drifting = (after > rounding) & (np.abs(changes.sum(axis=0)) >= _DIRECTED * sizes.sum(axis=0))
-    limit = np.where(changes[-1] * changes[-2] > 0, rest, means[-2])
-    toward, margin = np.where(approaching, limit, gone), wider * (high - low)
-    moving = approaching | drifting
-    return np.where(
-        constant,
-        [means[-3:].min(axis=0), means[-3:].max(axis=0)],
-        np.where(moving, [np.minimum(last, toward), np.maximum(last, toward)], [low - margin, high + margin]),
-    )
+        gone = np.minimum(sizes[-1] * np.where(growth > 1e-9, count, ahead), _FARTHEST)
+        windows = np.where(drifting & (growth > 0), 1 / growth, windows)
+        least, greatest = _reaching(last, last + np.copysign(gone, changes[-1]), drifting, least, greatest)
+    return Projections(last, least, greatest, constant, approaching, drifting, windows)
 
 
-def _time_constant(ratios: np.ndarray) -> float:
-    """In how many windows an approach falls by the factor e, of the ratios of its changes; inf where they are not alike."""
-    with np.errstate(divide="ignore"):
-        rates = -np.log(ratios[-_LAST_RATIOS:])
-    return float(1 / rates.min()) if rates.max() <= _ALIKE * rates.min() else math.inf
+def _reaching(last: np.ndarray, end: np.ndarray, which: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> Any:
+    """The bounds of those signals that go from their last value to an end; of the others as they are."""
+    return np.where(which, np.minimum(last, end), least), np.where(which, np.maximum(last, end), greatest)
 
 
-def _growth(ratios: np.ndarray) -> float:
-    """The rate of growth a window, of the ratios of successive changes: 0 where they do not grow alike."""
-    if len(ratios) < 2 or not (ratios > 1).all():
-        return 0.0
-    logs = np.log(ratios)
-    return float(logs.min()) if logs.max() <= _ALIKE * logs.min() else 0.0
+def _alike(rates: np.ndarray) -> np.ndarray:
+    """Whether the rates (r, M) of a signal differ by no more than a factor of two (M,)."""
+    return np.asarray(rates.max(axis=0) <= _ALIKE * rates.min(axis=0))
 
 
 def trend(means: np.ndarray) -> int:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.sampling.label_maps import bound, share, uncertainty
-from wucht.dynamics.sampling.member_outcomes import OUTCOMES
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.results.formatting import in_lines, percent
 from wucht.results.quantities import Quantity, answer
 from wucht.studies.basin.computation import MISSING, Axis, Findings, Level, Plan

@@ -1,0 +1,130 @@
+"""The evidence of many motions at once, from samples at even times: of those that settle about a turning rotor.
+
+The criteria are those of one run. What samples cannot tell (cycles of a modulation, bodies that lag) is left open: such a
+motion is ``unidentified`` here, and its turns decide (``evidence``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, UNREST, unrest
+from wucht.dynamics.verdicts.lags import LIBRATION, grows
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, Evidence
+from wucht.numerics.observers.projection import WINDOWS, projected_each
+
+_ROUNDING = 1e-9  # of the speed: changes below are none
+_RIPPLE = 1e-3  # of the range of the speed in a window: so well its mean is known
+_STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: who moves by less is at rest, but for rounding or a drift
+_NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
+_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.projected_each``
+_FEWEST_CYCLES = 3  # of a modulation, which are worth a closer look
+
+
+@dataclass(frozen=True)
+class LastHalf:
+    """The last half of the motion of M members at K even times, K a multiple of five.
+
+    duration: of it. speed: of the main rotor (K, M). phases: of the bodies about it, as they turn
+    (b, K, M). left: the magnitude of what is left of the rotor's unbalance, as a share of it (K, M).
+    """
+
+    duration: float
+    speed: np.ndarray
+    phases: np.ndarray
+    left: np.ndarray
+
+    @property
+    def sense(self) -> np.ndarray:
+        """In which the rotor turns in the end, +1 or -1 (M,)."""
+        return np.where(self.speed[-1] < 0, -1, 1)
+
+
+@dataclass(frozen=True)
+class Screening:
+    """The evidence of M motions, without their resonances; each array (M,).
+
+    evidence: ``settled`` where all of it holds. quiet: whether the bodies hardly move. cycling: of those that are not settled,
+    whether the speed goes up and down so often that a closer look may tell. nearing: whether they approach an end. rises: how
+    often the speed rose through the middle of its range. early: whether they are on the way to an end that is not known yet:
+    their bodies still move, or their speed does. still: whether they hardly move.
+    """
+
+    evidence: Evidence[np.ndarray]
+    quiet: np.ndarray
+    cycling: np.ndarray
+    nearing: np.ndarray
+    rises: np.ndarray
+    early: np.ndarray
+    still: np.ndarray
+
+    @property
+    def settled(self) -> np.ndarray:
+        """Whether the evidence holds."""
+        return np.asarray(self.evidence.settled)
+
+    @property
+    def width(self) -> np.ndarray:
+        """How far the bounds are apart: of the speed, as a share of it, or of what is left, whichever is more."""
+        assert self.evidence.residual is not None
+        mean, left = np.array(self.evidence.mean_speed), self.evidence.residual
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.maximum((mean[1] - mean[0]) / np.abs(mean).max(axis=0), left[1] - left[0]))
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def screened(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
+    """What can be told of M members. free: what their drives reach without vibration (M,), signed, nan where that is not known.
+    noise: of their integration."""
+    speed, count = half.sense * half.speed, half.speed.shape[1]
+    windows = speed.reshape(WINDOWS, -1, count)
+    means, lows, highs = windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
+    sizes = half.left.reshape(WINDOWS, -1, count).max(axis=1)
+    largest, tolerated = np.abs(means).max(axis=0), SPEED_TOLERANCE * np.abs(means).max(axis=0)
+    rounding = np.maximum(_RIPPLE * (highs - lows)[-1], max(_ROUNDING, noise.speed) * largest)
+    mean, lowest = projected_each(means, rounding=rounding), projected_each(lows, rounding=rounding)
+    varied = projected_each((highs - lows) / means, rounding=rounding / means[-1])
+    left = projected_each(sizes, rounding=noise.angle)
+    bounds = noise.widened(left.bounds)
+    # Rounding and the drift that the integration's tolerance makes of rest do not contract.
+    calm = (highs.max(axis=0) - lows.min(axis=0) <= _STILL * largest) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
+    narrow = (mean.width <= _NARROW * means[-1]) & (lowest.width <= _NARROW * means[-1]) & (varied.width <= _NARROW)
+    still = calm & narrow & (bounds[1] - bounds[0] <= _NARROW)
+    nearing = (mean.converging & left.converging) | still
+    turning = (speed > 0).all(axis=0) & (means.mean(axis=0) * half.duration >= 2 * math.pi * FEWEST_TURNS)
+    approached = (lowest.converging | still) & nearing & (mean.width <= tolerated)
+    in_place = ((np.ptp(half.phases, axis=1) < LIBRATION) & ~grows(half.phases, axis=1)).all(axis=0)
+    quiet = unrest(half.left.min(axis=0), half.left.max(axis=0)) <= UNREST
+    known = turning & (varied.converging | still) & approached & in_place
+    rises = _rises(speed)
+    early = turning & nearing & (mean.width > tolerated) & ~quiet
+    # Of a rotor that still rises, with bodies at rest, the torques tell where it goes: ``verdicts.drive_and_vibration``.
+    changes = np.diff(means, axis=0)
+    one_way = np.abs(changes.sum(axis=0)) >= _ONE_WAY * np.abs(changes).sum(axis=0)
+    far = one_way & (np.where(mean.converging | still, mean.width, np.abs(changes[-1])) > _FAR * tolerated)
+    early |= turning & ~known & (rises < 2) & (~quiet | (means[-1] < means[-2])) & far
+    even = np.where(varied.high <= MODULATION_THRESHOLD, varied.high, math.inf)
+    evidence = Evidence(
+        turning=np.ones(count, bool),
+        mean_speed=(mean.low, mean.high),
+        lowest_speed=(lowest.low, lowest.high),
+        settled=known,
+        free_speed=half.sense * free,
+        residual=(np.maximum(bounds[0], 0.0), np.maximum(bounds[1], 0.0)),
+        modulation=(np.zeros(count), even),
+    )
+    return Screening(evidence, quiet, ~known & (rises >= _FEWEST_CYCLES), nearing, rises, early, still)
+
+
+def _rises(speed: np.ndarray) -> np.ndarray:
+    """How often the speed (K, M) rises through the middle of its range, from far below to far above (M,)."""
+    low, high = speed.min(axis=0), speed.max(axis=0)
+    s, reach = speed - (low + high) / 2, 0.25 * (high - low)
+    side = np.where(s > reach, 1, np.where(s < -reach, -1, 0))
+    where = np.where(side != 0, np.arange(len(side))[:, None], 0)
+    held = np.take_along_axis(side, np.maximum.accumulate(where, axis=0), axis=0)  # the side on which it was last
+    return np.asarray(((held[1:] > 0) & (held[:-1] < 0)).sum(axis=0))
