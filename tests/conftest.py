@@ -150,14 +150,14 @@ def coarse_angles() -> Iterator[None]:
 
     from wucht.cams import contact, shape, undercut
     from wucht.cams.followers import flat_faced
-    from wucht.numerics import valleys
+    from wucht.numerics import angles
     from wucht.studies.cam_contour import contact_load
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (contact, shape, undercut, flat_faced, valleys, contact_load):
-            patch.setattr(module, "GRID", valleys.TURN * np.arange(512) / 512)
+        for module in (contact, shape, undercut, flat_faced, angles, contact_load):
+            patch.setattr(module, "GRID", angles.TURN * np.arange(512) / 512)
             if hasattr(module, "STEP"):
-                patch.setattr(module, "STEP", valleys.TURN / 512)
+                patch.setattr(module, "STEP", angles.TURN / 512)
         yield
 
 

@@ -16,8 +16,8 @@ from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import STANDARD_LAWS
 from wucht.errors import InputError
+from wucht.numerics.angles import GRID
 from wucht.numerics.harmonics import Harmonics
-from wucht.numerics.valleys import GRID
 
 TURN, PI = 2 * math.pi, math.pi
 LEVER = Harmonics.of(math.radians(12), np.radians([-12.5, 3.5, 0.8]), np.radians([0.7, 0.3]))

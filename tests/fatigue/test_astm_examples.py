@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.level_and_peak_counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys
-from wucht.fatigue.rainflow_counting import rainflow, range_pairs
+from wucht.fatigue.counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys, rainflow, range_pairs
 
 HISTORY = np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2], dtype=float)
 FIGURE_2 = np.array([-0.8, 1.3, 0.7, 3.4, 0.7, 2.5, -1.4, -0.5, -2.3, -2.2, -2.6, -2.4, -3.3, 1.5, 0.6, 3.4, -0.5])

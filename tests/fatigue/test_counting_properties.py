@@ -8,10 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pylife.stress.rainflow import FourPointDetector, LoopValueRecorder
 
-from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.level_and_peak_counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys
-from wucht.fatigue.load_classes import RangeMeanMatrix, distance
-from wucht.fatigue.rainflow_counting import rainflow, range_pairs
+from wucht.fatigue.counted_cycles import Cycles, RangeMeanMatrix, distance
+from wucht.fatigue.counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys, rainflow, range_pairs
 from wucht.fatigue.turning_points import turning_points
 
 LISTS = st.lists(st.integers(-20, 20), min_size=2, max_size=80)

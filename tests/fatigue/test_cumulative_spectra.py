@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import (
     EXPONENTS,
     amplitude_distance,
@@ -17,7 +18,6 @@ from wucht.fatigue.cumulative_spectra import (
     standard_spectrum,
     tabulated_spectrum,
 )
-from wucht.fatigue.rainflow_counting import rainflow
 
 COUNT, LARGEST = 1e6, 3.0
 

@@ -13,11 +13,11 @@ from tests.refusals import rejected
 from wucht.analysis.averaged import averaged_machine
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.jacobian import Jacobian, variational
 from wucht.piecewise import PiecewiseCubic, interpolated
 from wucht.system import TIME, System
 
-x, y, a, b, g, h = sp.symbols("x y a b g h", real=True)
+x, y, v, a, b, g, h = sp.symbols("x y v a b g h", real=True)
 
 
 def chain() -> System:
@@ -111,3 +111,21 @@ def test_ten_balls_stay_small() -> None:
     lin.at([1.0] * len(slow.system.states), slow.values())
     assert len(lin.program.lines) < 50 * len(slow.system.states)
     assert clock.perf_counter() - begun < 20  # s; about 1 s when this was written
+
+
+def test_the_variational_equations_are_the_derivative():
+    """By names of intermediate results, through a function of a function; against SymPy's own derivative of the whole."""
+    q, r = sp.symbols("q r", real=True)
+    system = System(
+        (x, v),
+        (r * v, -sp.sin(r) * x),
+        (a,),
+        ((q, x**2 + a), (r, sp.sqrt(q) + v)),
+    )
+    both = variational(system)
+    states, moves = system.states, both.states[2:]
+    whole = [system.explicit(d) for d in system.derivatives]
+    for derivative, expression in zip(both.derivatives[2:], whole, strict=True):
+        wanted = sum(sp.diff(expression, s) * m for s, m in zip(states, moves, strict=True))
+        numbers = {x: 0.7, v: -0.4, a: 1.3, moves[0]: 0.9, moves[1]: -2.1}
+        assert float(both.explicit(derivative).xreplace(numbers)) == pytest.approx(float(wanted.xreplace(numbers)), rel=1e-13)

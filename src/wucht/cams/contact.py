@@ -18,8 +18,8 @@ from wucht.cams.followers.roller_cam import ConjugateCams
 from wucht.cams.laws.law import Law
 from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.errors import InputError
+from wucht.numerics.angles import GRID, Arc, arcs_below_zero, valleys
 from wucht.numerics.harmonics import Harmonics
-from wucht.numerics.valleys import GRID, Arc, arcs_below_zero, valleys
 from wucht.numerics.zeros import RealFunction
 
 _Function = Law | Harmonics

@@ -13,7 +13,7 @@ from wucht.cams.cam import Cam
 from wucht.cams.demands import millimetres
 from wucht.cams.undercut import RadiusAt
 from wucht.errors import InputError
-from wucht.numerics.valleys import GRID, Arc, valleys
+from wucht.numerics.angles import GRID, Arc, valleys
 from wucht.numerics.zeros import RealFunction
 
 CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.valleys import GRID, STEP, TURN, Arc, narrowed, valleys
+from wucht.numerics.angles import GRID, STEP, TURN, Arc, narrowed, valleys
 from wucht.numerics.zeros import RealFunction
 
 NEAREST = 16  # golden sections of two steps: to 1e-6 rad, and what is least to the square of it

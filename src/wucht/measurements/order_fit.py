@@ -9,11 +9,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.order_checks import check_outliers, check_samples
-from wucht.measurements.order_regression import Fit, Mean, OrderModel, scaled_gram
-from wucht.measurements.order_residual import LeftOutOrder, drift, left_out_orders, roughness
-from wucht.measurements.order_start import START_BLOCKS, block_means, mean_speed, middle, start
-from wucht.measurements.order_warnings import unexplained_warning, warnings_of
+from wucht.measurements.order_checks import (
+    LeftOutOrder,
+    check_outliers,
+    check_samples,
+    drift,
+    left_out_orders,
+    roughness,
+    unexplained_warning,
+    warnings_of,
+)
+from wucht.measurements.order_regression import (
+    START_BLOCKS,
+    Fit,
+    Mean,
+    OrderModel,
+    block_means,
+    mean_speed,
+    middle,
+    scaled_gram,
+    start,
+)
 from wucht.measurements.repetition import check_repetition, scale_warning
 from wucht.measurements.shaft_signal import TURN, ShaftSignal, mean_direction
 from wucht.numerics.harmonics import Harmonics

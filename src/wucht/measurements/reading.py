@@ -1,17 +1,189 @@
-"""Measured files -> recordings; the ending of a file's name says how it is read."""
+"""Measured files -> recordings: text, sound, universal, TDMS and MDF files; the ending of a name says how one is read."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import importlib
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.mdf_file import read_mdf
-from wucht.measurements.recording import Recording
-from wucht.measurements.sound_file import read_sound
-from wucht.measurements.tdms_file import read_tdms
+from wucht.measurements.recording import FULL_SCALE, TIME, Channel, Recording
 from wucht.measurements.text_file import read_text_file
-from wucht.measurements.universal_file import read_universal
+
+
+def read_sound(path: Path) -> Recording:
+    """The channels "1", "2", ... of a sound file, time from 0 s, values between -1 and 1 in ``FULL_SCALE``.
+
+    A sound file has no units: give a channel some with ``Channel.scaled``. Raises ``InputError`` for a file that is no sound.
+    """
+    from scipy.io import wavfile
+
+    with _unreadable_as(path, "a sound file"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", wavfile.WavFileWarning)  # of chunks that hold no samples
+        rate, samples = wavfile.read(path)
+        if not len(samples):
+            raise ValueError("it has no samples")
+    columns = samples.reshape(len(samples), -1)
+    time = np.arange(len(columns)) / rate
+    source = str(path)
+
+    def load(name: str) -> Channel:
+        return Channel(source, name, FULL_SCALE, time, _to_full_scale(columns[:, int(name) - 1]))
+
+    return Recording(source, tuple(str(i + 1) for i in range(columns.shape[1])), load)
+
+
+def _to_full_scale(values: np.ndarray) -> np.ndarray:
+    """Integers of any width between -1 and 1; unsigned ones have their zero in the middle."""
+    if values.dtype.kind == "f":
+        return values.astype(float)
+    full = 2.0 ** (8 * values.dtype.itemsize - 1)
+    return (values - (full if values.dtype.kind == "u" else 0.0)) / full
+
+
+_TIME_RESPONSE, _TIME_AXIS = 1, 17
+
+
+def read_universal(path: Path) -> Recording:
+    """The time signals of a universal file; spectra and other functions are passed over.
+
+    A channel is called by its first ID line, or, where that is NONE or not the only one, "1", "2", ... in their order.
+    Raises ``InputError`` for a file that cannot be read and one without time signals.
+    """
+    pyuff = _library("pyuff", path)
+    with _unreadable_as(path, "a universal file"):
+        file = pyuff.UFF(str(path))
+        wanted = [i for i, kind in enumerate(file.get_set_types()) if int(kind) == 58]
+        sets = [file.read_sets(i) for i in wanted]
+    signals = [s for s in sets if s.get("func_type") == _TIME_RESPONSE or s.get("abscissa_spec_data_type") == _TIME_AXIS]
+    if not signals:
+        raise InputError(
+            str(path),
+            None,
+            "there is no time signal in this file: it must hold a data set 58 of function type 1",
+            code="no-signal",
+        )
+    names = _unique([_said(s, "id1") for s in signals], [str(i + 1) for i in range(len(signals))])
+    by_name: dict[str, dict[str, Any]] = dict(zip(names, signals, strict=True))
+    return Recording(str(path), tuple(names), lambda name: _channel(str(path), name, by_name[name]))
+
+
+def _channel(source: str, name: str, found: dict[str, Any]) -> Channel:
+    axis = np.asarray(found["x"])
+    time = Channel(source, f"time of {name}", _said(found, "abscissa_axis_units_lab"), axis, axis).in_si(TIME).values
+    return Channel(source, name, _said(found, "ordinate_axis_units_lab"), time, np.asarray(found["data"]))
+
+
+def _said(found: dict[str, Any], key: str) -> str:
+    """A label; NONE says that there is none."""
+    label = str(found.get(key) or "").strip()
+    return "" if label.upper() == "NONE" else label
+
+
+_TIMES = ("time", "t", "zeit")
+_TAG = b"TDSm"
+
+
+def read_tdms(path: Path) -> Recording:
+    """The channels of a TDMS file, called ``channel``, or ``group/channel`` where several groups have one of that name.
+
+    Time is a waveform's, else that of the channel of the same group that is called time. Raises ``InputError`` for a file that
+    cannot be read, and for a channel that has no time.
+    """
+    nptdms = _library("nptdms", path)
+    with _unreadable_as(path, "a TDMS file"):
+        _check_tag(path)
+        channels = [c for group in nptdms.TdmsFile.read_metadata(path).groups() for c in group.channels()]
+        names = _unique([c.name for c in channels], [f"{c.group_name}/{c.name}" for c in channels])
+    places = {name: (c.group_name, c.name) for name, c in zip(names, channels, strict=True)}
+
+    def load(name: str) -> Channel:
+        group, own = places[name]
+        with _unreadable_as(path, "a TDMS file"), nptdms.TdmsFile.open(path) as file:
+            channel = file[group][own]
+            time = _time(str(path), name, channel, file[group])
+            return Channel(str(path), name, _unit(channel), time, np.asarray(channel[:]))
+
+    return Recording(str(path), tuple(names), load)
+
+
+def _check_tag(path: Path) -> None:
+    """Raises ``ValueError`` for a file that is none: nptdms finds no channels in it, and says nothing."""
+    with path.open("rb") as file:
+        if file.read(len(_TAG)) != _TAG:
+            raise ValueError(f"it does not begin with {_TAG.decode()}")
+
+
+def _unit(channel: Any) -> str:
+    return str(channel.properties.get("unit_string", "")).strip()
+
+
+def _time(source: str, name: str, channel: Any, group: Any) -> np.ndarray:
+    """(n,) in s."""
+    step = float(channel.properties.get("wf_increment", 0.0))
+    if step > 0:
+        return float(channel.properties.get("wf_start_offset", 0.0)) + step * np.arange(len(channel))
+    clock = next((c for c in group.channels() if c.name.strip().lower() in _TIMES), None)
+    if clock is None:
+        allowed = "the channel has no time: it must be a waveform (wf_increment), or its group must have a channel called time"
+        raise InputError(f"{source}: {name}", None, allowed, code="no-time")
+    ticks = np.asarray(clock[:])
+    return Channel(source, clock.name, _unit(clock), np.arange(len(ticks)), ticks).in_si(TIME).values
+
+
+def read_mdf(path: Path) -> Recording:
+    """The channels of an MDF file, called ``channel``, or ``group/channel`` where several groups have one of that name.
+
+    group: its number in the file, from 0. The clocks of the groups are no channels. Raises ``InputError`` for a file that
+    cannot be read, and for a channel that is no list of numbers.
+    """
+    asammdf = _library("asammdf", path)
+    with _unreadable_as(path, "an MDF file"), asammdf.MDF(str(path)) as file:
+        clocks = set(file.masters_db.items())
+        found = [(n, g, i) for n, places in file.channels_db.items() for g, i in places if (g, i) not in clocks]
+    names = _unique([n for n, _, _ in found], [f"{g}/{n}" for n, g, _ in found])
+    places = {name: place for name, (_, *place) in zip(names, found, strict=True)}
+
+    def load(name: str) -> Channel:
+        group, index = places[name]
+        with _unreadable_as(path, "an MDF file"), asammdf.MDF(str(path)) as file:
+            signal = file.get(group=group, index=index)
+            return Channel(str(path), name, str(signal.unit).strip(), np.asarray(signal.timestamps), np.asarray(signal.samples))
+
+    return Recording(str(path), tuple(names), load)
+
+
+def _library(name: str, path: Path) -> Any:
+    """The module that reads a file. Raises ``InputError`` if it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise InputError(str(path), None, f"reading {path.suffix} needs the extra: pip install wucht[measure]") from None
+
+
+@contextmanager
+def _unreadable_as(path: Path, what: str) -> Iterator[None]:
+    """Whatever a library raises on a file becomes one ``InputError``: on a broken one it may be anything. what: it is to be."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:
+        reason = (str(error).splitlines() or [""])[0]
+        raise InputError(
+            str(path), None, f"this cannot be read as {what}: {reason or type(error).__name__}", code="unreadable"
+        ) from None
+
+
+def _unique(names: list[str], longer: list[str]) -> list[str]:
+    """The names, and where several are alike or empty, the longer ones."""
+    return [name if name and names.count(name) == 1 else other for name, other in zip(names, longer, strict=True)]
+
 
 _READERS: dict[str, Callable[[Path], Recording]] = {
     ".csv": read_text_file, ".txt": read_text_file, ".tsv": read_text_file, ".asc": read_text_file, ".wav": read_sound,

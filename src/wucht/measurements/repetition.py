@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.order_regression import Fit, Mean, OrderModel
-from wucht.measurements.order_residual import drift
-from wucht.measurements.order_start import START_BLOCKS, block_means, middle, start
-from wucht.measurements.order_warnings import drifts
+from wucht.measurements.order_checks import drift, drifts
+from wucht.measurements.order_regression import START_BLOCKS, Fit, Mean, OrderModel, block_means, middle, start
 from wucht.measurements.recording import ANGLE, SPEED
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
 

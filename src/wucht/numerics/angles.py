@@ -1,10 +1,13 @@
-"""Angles in one turn."""
+"""Angles in one turn; and functions of one, with kinks and jumps: their minima, and the arcs on which they are negative."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
+
+from wucht.numerics.zeros import RealFunction, crossings
 
 _ROUNDING = 1e-9  # rad
 
@@ -18,3 +21,69 @@ def wrapped(angle: Any) -> np.ndarray:
 def within_half_a_turn(angle: Any) -> np.ndarray:
     """Angles in [-pi, pi), of any shape."""
     return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
+
+
+Arc = tuple[float, float]
+TURN = 2 * math.pi
+STEP = TURN / 4096
+GRID = np.arange(4096) * STEP  # rad: what is narrower than 0.09 deg may be missed
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_LEVEL = 1e-13  # of the largest value: what differs by less from sample to sample is rounding
+
+
+def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
+    """Where a function (k,) -> (k,) is least between a and b (k,), each by itself, where it has one valley there.
+
+    By golden sections: the function may jump or have a kink.
+    """
+    c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
+    at_c, at_d = function(c), function(d)
+    for _ in range(sections):
+        left = at_c < at_d
+        a, b = np.where(left, a, c), np.where(left, d, b)
+        new = np.where(left, b - _GOLDEN * (b - a), a + _GOLDEN * (b - a))
+        at_new = function(new)
+        (c, at_c), (d, at_d) = (np.where(left, (new, at_new), (d, at_d)), np.where(left, (c, at_c), (new, at_new)))
+    tried = np.stack([a, (a + b) / 2, b])
+    return np.asarray(tried[np.argmin([function(x) for x in tried], axis=0), np.arange(len(a))])
+
+
+def valleys(function: RealFunction, values: np.ndarray | None = None, below: float = math.inf) -> tuple[np.ndarray, np.ndarray]:
+    """Angles in [0, 2 pi) at which a function (N,) -> (N,) of period 2 pi has its minima, and these (k,), at least one.
+
+    values: of the function on ``GRID``, where they are known. below: only minima that are lower there, and the lowest. One that
+    jumps has its minima there on the lower side.
+    """
+    y = function(GRID) if values is None else values
+    i = _dips(y)
+    i = i[y[i] < below]
+    i = i if len(i) else np.array([int(np.argmin(y))])
+    found = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
+    reached = function(found)
+    at, least = np.where(reached < y[i], found, GRID[i]), np.minimum(reached, y[i])
+    return np.mod(at, TURN), least
+
+
+def _dips(y: np.ndarray) -> np.ndarray:
+    """The indices (k,) of the samples (N,) of a turn that are lower than their neighbours, of a level stretch the first one.
+
+    A stretch that is level but for rounding counts once: a circle would have a thousand minima.
+    """
+    steps = np.flatnonzero(~(np.abs(y - np.roll(y, 1)) <= _LEVEL * np.abs(y[np.isfinite(y)]).max(initial=0.0)))
+    z = y[steps]
+    return np.asarray(steps[(z < np.roll(z, 1)) & (z <= np.roll(z, -1))])
+
+
+def arcs_below_zero(function: RealFunction, minima: np.ndarray | None = None) -> tuple[Arc, ...]:
+    """The arcs in rad on which a function of period 2 pi is negative, their ends to the last bit, in order of their begins.
+
+    Begins lie in [0, 2 pi), ends after them. A whole turn is (0, 2 pi). minima: angles of its ``valleys``, where known.
+    """
+    minima = valleys(function)[0] if minima is None else minima
+    at = np.unique(np.concatenate([GRID, minima]))
+    zeros = crossings(function, np.append(at, at[0] + TURN))
+    if not len(zeros):
+        return ((0.0, TURN),) if function(minima).min() < 0 else ()
+    after = np.append(zeros[1:], zeros[0] + TURN)
+    negative = function((zeros + after) / 2) < 0
+    return tuple((float(begin), float(end)) for begin, end in zip(zeros[negative], after[negative], strict=True))

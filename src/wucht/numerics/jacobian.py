@@ -3,6 +3,9 @@
 Forward differentiation through the System's definitions: each definition is differentiated once by each symbol that it uses
 (``p``), and the chain rule adds products of symbols (``d``), so that no expression grows: A. Griewank, A. Walther, "Evaluating
 Derivatives", SIAM 2008, section 3.1.
+
+The variational equations say what small changes of a motion become: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear
+Dynamics", Wiley 1995, sections 3.2, 5.2.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.array_function import heyoka_function
+from wucht.numerics.flow.compiled import heyoka_function
 from wucht.numerics.flow.program import Numbers, Program, lower
 from wucht.system import System, needed_definitions
 
@@ -186,3 +189,19 @@ def _free_prefix(letter: str, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) 
     while any(name.startswith(f"{prefix}[") for name in names):
         prefix += letter
     return prefix
+
+
+@lru_cache(maxsize=16)
+def variational(system: System, columns: int = 1) -> System:
+    """The System together with its linearisation: states (x, dx_1, dx_2, ...), d(dx_j)/dt = (df/dx) dx_j.
+
+    columns: how many changes dx_j are carried along. No outputs, no quadratures.
+    """
+    moves = [[sp.Symbol(f"d[{s.name}][{j}]", real=True) for s in system.states] for j in range(columns)]
+    rates = tuple(sp.sympify(d) for d in system.derivatives)
+    definitions = [(symbol, sp.sympify(expression)) for symbol, expression in system.definitions]
+    tangent = Tangent({s: {j: moves[j][i] for j in range(columns)} for i, s in enumerate(system.states)}, definitions)
+    changes = [tangent.of(rate, f"f{i}") for i, rate in enumerate(rates)]
+    further = tuple(change.get(j, sp.S.Zero) for j in range(columns) for change in changes)
+    states = (*system.states, *(move for column in moves for move in column))
+    return System(states, (*rates, *further), system.parameters, tuple(tangent.lines), angles=system.angles)

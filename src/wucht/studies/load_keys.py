@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.fatigue.woehler_line import WoehlerLine, slope_below
+from wucht.fatigue.damage import WoehlerLine, slope_below
 from wucht.schema import Described, Unit, checked, read_quantity, si
 from wucht.studies.spec import Quantity
 

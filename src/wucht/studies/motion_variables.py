@@ -15,7 +15,7 @@ from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
-from wucht.numerics.observers.span_record import Spans
+from wucht.numerics.observers.records import Spans
 from wucht.numerics.peaks import envelope
 from wucht.results.quantities import Quantity
 from wucht.schema import in_words

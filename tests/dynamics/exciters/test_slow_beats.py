@@ -17,8 +17,8 @@ from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.sampling.search_variables import variables_of
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import amplitude_distance
-from wucht.fatigue.rainflow_counting import rainflow
 from wucht.files.catalogue import load_machine
 
 MACHINE = load_machine("practice/exciter")

@@ -9,7 +9,7 @@ import pytest
 from known_orbits import PLANE, SPEED, P, X, Y, placed, planar
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import exactly
+from wucht.numerics.collocation.solutions import exactly
 from wucht.numerics.periodic.cycle_starts import settled
 from wucht.numerics.periodic.cycles import Cycles
 

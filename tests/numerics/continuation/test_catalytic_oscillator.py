@@ -18,7 +18,7 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
-from wucht.numerics.continuation.normal_forms import fold_form, hopf_form
+from wucht.numerics.continuation.two_parameters import fold_form, hopf_form
 from wucht.system import System
 
 X, Y, S, Q2, K = STATES = sp.symbols("x y s q2 k", real=True)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from wucht.numerics.continuation.curve import Curve, Steps
-from wucht.numerics.continuation.problem import Functions
+from wucht.numerics.continuation.equations import Functions
 
 
 def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:

@@ -11,9 +11,8 @@ from tests.refusals import failed, rejected
 
 from auto_demos import AB, LORENZ, PP2
 from wucht.numerics.continuation.curve import Curve, Steps
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import Equations, Functions
 from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
-from wucht.numerics.continuation.problem import Functions
 from wucht.system import System
 
 X, Y, P, Q = sp.symbols("x y p q", real=True)

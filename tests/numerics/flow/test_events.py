@@ -182,7 +182,7 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
 
 def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     """As a ball at rest would; what was computed until then is kept."""
-    monkeypatch.setattr("wucht.numerics.flow.legs._MOST_HITS", 10)
+    monkeypatch.setattr("wucht.numerics.flow.integrate._MOST_HITS", 10)
     run = run_with(
         BALL, (Event("floor", x, -1, action=bounce),), engine, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61)
     )

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.numerics.observers import pyramid
-from wucht.numerics.observers.span_record import SpanRecord
-from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers import records
+from wucht.numerics.observers.records import SpanRecord, TurnRecord
 from wucht.numerics.observers.turns import Samples, TurnObserver, Turns
 
 
@@ -46,9 +45,9 @@ def observed(samples_in_parts):
 
 
 def recorded(record, samples_in_parts):
-    """With short levels of the pyramid, so that there are several."""
+    """With short levels of the records, so that there are several."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pyramid, "KEPT", 16)
+        patch.setattr(records, "KEPT", 16)
         for part in samples_in_parts:
             record = record.after(part)
     return record

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wucht.numerics.observers.modulation import modulation
-from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers.records import TurnRecord
 from wucht.numerics.observers.turns import PER_TURN, Samples
 
 PERIOD, W = 7.3, 50.0  # 58 turns a period: an average over a turn is 5e-4 from the speed in its middle, of its range

@@ -11,8 +11,7 @@ from scipy.integrate import solve_ivp
 from tests.refusals import failed
 
 from auto_demos import CIR
-from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_ends import BOGDANOV_TAKENS, HOPF, LEFT_TWICE, STANDS
+from wucht.numerics.periodic.connection import BOGDANOV_TAKENS, HOPF, LEFT_TWICE, STANDS, Connection
 from wucht.numerics.periodic.connection_starts import of_excursion
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System

@@ -14,8 +14,7 @@ from scipy.integrate import solve_ivp
 
 from known_connections import BETWEEN, GOMPERTZ, LEAF, MU, P, R, X, Y
 from wucht.errors import RunError
-from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_ends import SADDLE_NODE
+from wucht.numerics.periodic.connection import SADDLE_NODE, Connection
 from wucht.numerics.periodic.connection_starts import (
     beyond,
     fold_at,

@@ -9,13 +9,12 @@ from tests.refusals import failed
 
 from known_orbits import EVEN, PITCHFORK, X, Y, Z, placed
 from wucht.numerics.flow.compiled import compile_system
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.jacobian import Jacobian, variational
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic import floquet
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.floquet import across_flow, integrated_legs, integrated_maps, logarithms, of_moderate_condition
-from wucht.numerics.variational import variational
 from wucht.system import System
 
 RNG = np.random.default_rng(11)

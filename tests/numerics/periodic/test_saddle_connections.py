@@ -12,12 +12,11 @@ from tests.refusals import rejected
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.periodic import saddle_connections
-from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_ends import STANDS
-from wucht.numerics.periodic.fold_pairs import FoldPairs
+from wucht.numerics.periodic.connection import STANDS, Connection
 from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.system import System
 

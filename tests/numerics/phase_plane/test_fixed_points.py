@@ -9,15 +9,50 @@ import pytest
 import sympy as sp
 
 from wucht.numerics.flow.program import lower
-from wucht.numerics.phase_plane.box_bounds import bounds
-from wucht.numerics.phase_plane.fixed_points import fixed_points, kind_of
+from wucht.numerics.intervals import bounds
+from wucht.numerics.phase_plane.fixed_points import fixed_points, kind_of, may_jump, window_around
 from wucht.numerics.phase_plane.plane import TURN, Plane
-from wucht.numerics.phase_plane.window import window_around
-from wucht.piecewise import Pieces, PiecewiseCubic
+from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import System
 
-X, Y, A = sp.symbols("x y a", real=True)
+X, Y, A, D = sp.symbols("x y a d", real=True)
+SIGN = step("sign", 0.0, -1.0, 1.0)
 ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
+
+
+def test_only_the_rates_that_depend_on_the_jump_and_only_beside_it() -> None:
+    """sign(x + y - a), through a definition, in the first rate; |x| in the second jumps nowhere."""
+    system = System((X, Y), (D - X, PiecewiseCubic(X, ABSOLUTE)), (A,), ((D, PiecewiseCubic(X + Y - A, SIGN)),))
+    centre = np.array([[0.0, 1.0, 0.4, 3.0], [0.0, 0.0, 0.5, 0.0]])
+    found = may_jump(system, (1.0,), centre - 0.1, centre + 0.1)
+    assert found.tolist() == [[False, True, True, False], [False] * 4]
+
+
+def test_boxes_without_a_jump_are_proved() -> None:
+    """x' = sign(x) - x has two zeros beside the jump: on each side alone there is one, and that is shown."""
+    system = System((X, Y), (PiecewiseCubic(X, SIGN) - X, -Y))
+    whole = fixed_points(Plane(system, {}, np.array([-2.0, -1.0]), np.array([2.0, 1.1])))
+    assert [p.state[0] for p in whole.points] == pytest.approx([-1.0, 1.0])
+    assert not whole.complete
+    side = fixed_points(Plane(system, {}, np.array([0.1, -1.0]), np.array([2.0, 1.1])))
+    assert side.complete and [p.state[0] for p in side.points] == pytest.approx([1.0])
+
+
+def test_bounds_that_exclude_nothing_are_given_up_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    from wucht.numerics.phase_plane import fixed_points as module
+
+    def wide(program: object, constants: object, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        far = np.full((2 + len(plane.lowered.places), low.shape[1]), 1e6)
+        return -far, far
+
+    plane = Plane(System((X, Y), (X - X**3, -Y)), {}, np.array([-2.0, -1.0]), np.array([2.1, 1.1]))
+    monkeypatch.setattr(module, "bounds", wide)
+    calls: list[None] = []
+    found = module.fixed_points(plane, lambda: calls.append(None))
+    assert [p.state[0] for p in found.points] == pytest.approx([-1.0, 0.0, 1.0], abs=1e-9)
+    assert not found.complete and "bounds on the Jacobian are wide" in found.shown
+    assert int(found.shown.split(" of ")[1].split()[0]) < 40_000
+    assert len(calls) > 60  # Newton's method can be stopped too
 
 
 @pytest.mark.parametrize(
@@ -27,7 +62,10 @@ ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
 )  # fmt: skip
 def test_bounds_hold(text: str) -> None:
     expression = sp.sympify(text, locals={"x": X, "y": Y, "a": A})
-    program = lower(System((X, Y), (sp.S.Zero, sp.S.Zero), (A,)), [expression, PiecewiseCubic(X - Y, ABSOLUTE)])
+    program = lower(
+        System((X, Y), (sp.S.Zero, sp.S.Zero), (A,)),
+        [expression, PiecewiseCubic(X - Y, ABSOLUTE)],
+    )
     draw = np.random.default_rng(0)
     low = draw.uniform(-3, 2.5, (2, 300))
     high = low + draw.choice([0.0, 0.1, 0.8], (2, 300))
@@ -65,14 +103,25 @@ def test_what_is_not_proved_is_said() -> None:
     fold = fixed_points(Plane(System((X, Y), (X**2, -Y)), {}, low, high))
     assert not fold.complete and "were not decided, as at a bifurcation" in fold.shown
     assert [p.kind for p in fold.points] == ["degenerate"]
-    unbounded = fixed_points(Plane(System((X, Y), (sp.atan2(Y, X + 5), X - 1)), {}, low, high))
+    unbounded = fixed_points(
+        Plane(
+            System((X, Y), (sp.atan2(Y, X + 5), X - 1)),
+            {},
+            low,
+            high,
+        )
+    )
     assert not unbounded.complete and "no bounds are known of" in unbounded.shown
     assert unbounded.points[0].state == pytest.approx([1.0, 0.0], abs=1e-12)
 
 
 def test_a_window_is_chosen_around_all_fixed_points() -> None:
     nan = np.full(2, np.nan)
-    system = System((X, Y), (A * X - X**3, -Y), (A,))
+    system = System(
+        (X, Y),
+        (A * X - X**3, -Y),
+        (A,),
+    )
     for a in (1.0, 400.0):
         window = window_around(system, {"a": a}, nan, nan)
         assert window is not None
@@ -84,6 +133,11 @@ def test_a_side_that_is_given_does_not_widen_the_other() -> None:
     """All fixed points are at y = 0, so that nothing says how high the window is: it is that of a point alone."""
     system = System((X, Y), (100 * X - X**3, -Y))
     window = window_around(system, {}, np.array([-20.0, math.nan]), np.array([20.0, math.nan]))
-    alone = window_around(System((X, Y), (-X, -Y)), {}, np.full(2, math.nan), np.full(2, math.nan))
+    alone = window_around(
+        System((X, Y), (-X, -Y)),
+        {},
+        np.full(2, math.nan),
+        np.full(2, math.nan),
+    )
     assert window is not None and alone is not None
     assert (window[0].tolist(), window[1].tolist()) == ([-20.0, alone[0][1]], [20.0, alone[1][1]])

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.io import wavfile
 
 import wucht
-from wucht.fatigue.rainflow_counting import rainflow
+from wucht.fatigue.counting import rainflow
 from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study

@@ -12,7 +12,7 @@ from tests.refusals import Refusal, refused
 import wucht
 from wucht.errors import RunError
 from wucht.files.building import machine_from
-from wucht.numerics.periodic.fold_pairs import FoldPairs
+from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.stability_map.map_parts import numbered

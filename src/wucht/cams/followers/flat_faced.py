@@ -23,7 +23,7 @@ from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length
 from wucht.cams.undercut import NEAREST, CutAway, least_radius, plane, within, wrapped
 from wucht.errors import InputError, RunError
-from wucht.numerics.valleys import GRID, STEP, arcs_below_zero, narrowed, valleys
+from wucht.numerics.angles import GRID, STEP, arcs_below_zero, narrowed, valleys
 from wucht.schema import si
 
 _ROWS = 256  # cam angles at a time that are held against all faces

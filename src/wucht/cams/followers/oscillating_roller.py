@@ -17,7 +17,7 @@ from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, check_length, smallest_roller_cam, tangents_of
 from wucht.errors import InputError
-from wucht.numerics.valleys import TURN, valleys
+from wucht.numerics.angles import TURN, valleys
 from wucht.schema import Described, si
 
 _DEAD = 1e-9  # sin sin: so near to zero a roller cannot drive the lever

@@ -16,7 +16,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
 from wucht.cams.undercut import EDGE, CutAway, RadiusAt, Side, least_radius, within
 from wucht.errors import InputError, RunError
-from wucht.numerics.valleys import arcs_below_zero
+from wucht.numerics.angles import arcs_below_zero
 
 
 class RollerFollower(Follower):

@@ -17,7 +17,7 @@ import numpy as np
 
 from wucht.cams.sizing.layout import EXACT, Layout, farthest, pitch_curvature
 from wucht.errors import RunError
-from wucht.numerics.valleys import GRID, TURN, narrowed
+from wucht.numerics.angles import GRID, TURN, narrowed
 
 _MET = 1e-6  # of the curvature: a bound so near is reached
 _MOST_EXCHANGES = 60

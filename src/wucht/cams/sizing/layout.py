@@ -33,7 +33,7 @@ from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws.law import Law
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.errors import InputError, RunError
-from wucht.numerics.valleys import GRID, STEP, TURN, narrowed, valleys
+from wucht.numerics.angles import GRID, STEP, TURN, narrowed, valleys
 from wucht.numerics.zeros import RealFunction
 
 EXACT = 1e-11  # of the size of the cam

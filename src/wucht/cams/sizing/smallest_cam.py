@@ -15,7 +15,7 @@ from wucht.cams.sizing.curvature import with_curvature
 from wucht.cams.sizing.layout import Layout, nearest_in_cones
 from wucht.cams.sizing.permitted import LARGEST_ANGLE, Size, Smallest
 from wucht.errors import InputError, RunError
-from wucht.numerics.valleys import valleys
+from wucht.numerics.angles import valleys
 
 Angles = float | tuple[float, float]
 _MET = 1e-6  # rad: a bound so near is reached

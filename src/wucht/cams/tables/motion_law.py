@@ -13,8 +13,8 @@ import numpy as np
 from wucht.cams.laws.law import Law
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.synthesis import Band, Restriction, extremes
+from wucht.numerics.angles import valleys
 from wucht.numerics.harmonics import Harmonics, even_angles
-from wucht.numerics.valleys import valleys
 from wucht.schema import Described
 
 _NARROW, _LOOKED_AT = 0.1, 3600  # share of the stroke; cam angles at which that is looked for

@@ -20,8 +20,8 @@ from wucht.cams.workshop.plc import Interpolation, Unit, cam_table, largest_devi
 from wucht.cams.workshop.plc_files import Form, read_cam_table, write_cam_table
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.errors import RunError
+from wucht.numerics.angles import valleys
 from wucht.numerics.harmonics import even_angles
-from wucht.numerics.valleys import valleys
 
 _BETWEEN = 16  # parts of each chord at which a list is compared with its curve
 _ANGLES = 720  # at which the motion that milled points make is compared with the law

@@ -19,10 +19,9 @@ from wucht.dynamics.branches.orbit_branches import cycles_through
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_of, enough
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_ends import SADDLE_NODE
+from wucht.numerics.continuation.fold_curves import FoldPairs
+from wucht.numerics.periodic.connection import SADDLE_NODE, Connection
 from wucht.numerics.periodic.connection_starts import beyond, longer, of_cycle, rest_of, saddle_node_of, waiting
-from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.periodic.saddle_connections import Connections
 
 RETURNS, BOTH, TO_SADDLE = "returns-to-saddle-node", "both-pairs-vanish", "saddle-node-to-saddle"

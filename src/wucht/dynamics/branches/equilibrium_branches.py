@@ -12,8 +12,8 @@ import numpy as np
 from wucht.analysis.configurations.averaged_stability import NEUTRAL
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError
+from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
-from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.zeros import at_passages
 

@@ -11,9 +11,8 @@ from wucht.dynamics.branches.equilibrium_branches import ON, RANGE_ENDS, Equilib
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
-from wucht.numerics.continuation.fold_curves import Folds
+from wucht.numerics.continuation.fold_curves import FoldPairs, Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
-from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.zeros import at_passages
 
 COINCIDE = "two folds at once"

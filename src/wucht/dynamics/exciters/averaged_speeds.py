@@ -17,7 +17,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.observers.turn_record import smooth_weights
+from wucht.numerics.observers.records import smooth_weights
 
 STEADY, UNSTABLE, BEATING = "steady state", "unstable steady state", "beating motion"
 _SAMPLES = 2000

@@ -15,11 +15,10 @@ from wucht.dynamics.sampling.search_variables import Variable, values_at
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counted_cycles import Cycles, distance
+from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import amplitude_distance
-from wucht.fatigue.load_classes import distance
-from wucht.fatigue.rainflow_counting import rainflow
-from wucht.fatigue.woehler_line import WoehlerLine
+from wucht.fatigue.damage import WoehlerLine
 from wucht.machines.machine import Machine
 
 BEATING = (Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED)

@@ -18,7 +18,7 @@ from wucht.dynamics.run_ups.run_up import verdict_at_end
 from wucht.dynamics.verdicts.observation import motion_of
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
-from wucht.fatigue.accumulated_damage import AccumulatedDamage
+from wucht.fatigue.damage import AccumulatedDamage
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import CompiledSystem

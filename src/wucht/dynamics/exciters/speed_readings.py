@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.measurements.cusum import AlarmDistribution, Cusum, chart
-from wucht.numerics.observers.turn_record import smooth_weights
+from wucht.numerics.observers.records import smooth_weights
 
 FEWEST = 10  # readings, of which a speed is told
 _MOST_NORMAL = 256  # readings before the failure that are taken as what comes again and again

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.array_function import ArrayFunction
+from wucht.numerics.flow.compiled import ArrayFunction
 from wucht.numerics.flow.program import lower
 from wucht.system import System
 

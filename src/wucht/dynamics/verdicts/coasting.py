@@ -8,7 +8,7 @@ import numpy as np
 
 from wucht.dynamics.verdicts.outcomes import AT_REST
 from wucht.numerics.observers.projection import SHARE, windows_of
-from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.records import Blocks
 
 COASTS = "the rotor coasts ever more slowly, and does not come to rest"
 _SEEN_TO_FALL = 0.998  # of the speed, from the first to the last window: how it falls is seen then

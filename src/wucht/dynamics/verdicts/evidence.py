@@ -32,7 +32,7 @@ from wucht.numerics.observers.projection import (
     trend,
     windows_of,
 )
-from wucht.numerics.observers.turn_record import Blocks, TurnRecord
+from wucht.numerics.observers.records import Blocks, TurnRecord
 
 FEWEST_TURNS = 6  # of a rotor that turns
 UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less

@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE
 from wucht.numerics.observers.projection import Course, Projection, projected, trend, windows_of
-from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.records import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 
 _CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better

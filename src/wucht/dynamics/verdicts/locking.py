@@ -15,7 +15,7 @@ from wucht.dynamics.verdicts.outcomes import Bounds, Locking
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrapped
 from wucht.numerics.observers.projection import AHEAD, falling, projected, windows_of
-from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.records import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 
 _ROUNDING = 1e-8  # of the speed: how mean speeds over whole periods change below is rounding

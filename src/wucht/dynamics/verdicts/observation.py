@@ -18,8 +18,7 @@ from wucht.machines.operation import rotor_inertia, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.observers.span_record import SpanRecord
-from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers.records import SpanRecord, TurnRecord
 from wucht.numerics.observers.turns import Samples
 from wucht.numerics.peaks import interval_peaks
 

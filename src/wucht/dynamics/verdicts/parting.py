@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.records import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 
 _SEEN = 1e-4  # rad: a difference that is seen beside what cycles are known to

@@ -28,7 +28,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.machines.release_events import last_change
 from wucht.numerics.observers.modulation import Modulation
-from wucht.numerics.observers.turn_record import Blocks
+from wucht.numerics.observers.records import Blocks
 
 _LONGER = 2.5  # times the run: at least, and where nothing says how long; so never three times what is needed
 _VERY_MANY_TURNS = 40_000  # after which what goes to and fro, and neither falls nor drifts, goes on like that

@@ -1,4 +1,11 @@
-"""Solutions of a boundary value problem over a parameter: from samples of one on, through folds, and at wanted values."""
+"""Solutions of a boundary value problem: from samples or from far away to a first one, then over a parameter.
+
+Newton's method from far away is damped by what is left as the last linearisation measures it. That measure does not depend on
+the units of the equations, and accepts the whole step where the linearisation holds.
+P. Deuflhard, "Newton Methods for Nonlinear Problems", Springer 2011, section 3.3 (natural monotonicity test); U. M. Ascher,
+R. M. M. Mattheij, R. D. Russell, "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", SIAM
+1995, section 8.1.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +16,171 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
-from wucht.numerics.collocation.collocated import Collocated
-from wucht.numerics.collocation.starting import refined, sampled, solved_near
+from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
+
+
+@dataclass(frozen=True, eq=False)
+class Collocated:
+    """A solution by collocation. curve: as it is followed, with the problem on the solution's mesh. point: of the curve."""
+
+    curve: Curve
+    point: CurvePoint
+
+    @property
+    def problem(self) -> BoundaryValueProblem:
+        """The boundary value problem on the solution's mesh."""
+        assert isinstance(self.curve.problem, BoundaryValueProblem)
+        return self.curve.problem
+
+    @property
+    def tau(self) -> np.ndarray:
+        """Where the states are kept (K,), from 0 to 1: in shares of the period, or of the time."""
+        return self.problem.mesh.nodes
+
+    @property
+    def states(self) -> np.ndarray:
+        """There (n, K)."""
+        return self.problem.split(self.point.u)[0].T
+
+    def at(self, tau: np.ndarray) -> np.ndarray:
+        """The states (n, K) at places (K,) of [0, 1]."""
+        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
+
+
+_INTERVALS, _MOST_REFINEMENTS = 40, 6
+_FINE = 20_001
+_EXACT = 1e-10  # Newton's tolerance, where points are located
+
+
+def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
+    """A mesh as fine as the states change fast, and their values at its nodes (K', n), by a cubic spline.
+
+    times (K,), increasing, states (n, K), sizes (n,): by how much each changes when it changes much.
+    """
+    from scipy.interpolate import CubicSpline
+
+    samples = CubicSpline((times - times[0]) / (times[-1] - times[0]), states.T)
+    fine = np.linspace(0.0, 1.0, _FINE)
+    speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
+    # What does not change at all asks for an even mesh.
+    grown = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
+    mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _INTERVALS + 1), grown, fine), degree)
+    return mesh, samples(mesh.nodes)
+
+
+def solved_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
+    """The solution near u, and the curve on a mesh that suits it.
+
+    curve: of a boundary value problem, on the mesh of u. towards: the direction, of all unknowns, in the plane across which it
+    lies, and in which the curve goes on; else that of the last parameter, which then is kept. Raises ``RunError`` where none is
+    found.
+    """
+    if towards is None:
+        towards = np.zeros(len(u))
+        towards[-1] = 1.0
+    for refinement in range(_MOST_REFINEMENTS + 1):
+        problem = curve.problem
+        assert isinstance(problem, BoundaryValueProblem)
+        curve = replace(curve, problem=replace(problem, reference=problem.referred(u)))
+        point = curve.start(u, towards)
+        better = problem.remeshed(point.u)
+        if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
+            break
+        u, towards = problem.moved(np.stack([point.u, towards], axis=1), better.mesh).T
+        curve = replace(curve, problem=better)
+    return curve, point
+
+
+def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
+    """The direction in which the solutions near u go on, of all unknowns and with either sign. Raises ``RunError``."""
+    sides = np.zeros((len(u), 1))
+    sides[-1] = 1.0
+    row = np.random.default_rng(0).normal(size=len(u)) / problem.scale  # not across the curve, as that of a fold would be
+    return problem.solution(problem.residual(u)[1], row, sides)[0][:, 0]
+
+
+def exactly(curve: Curve) -> Curve:
+    """The same, Newton's method going on to rounding: for points that are asked for, not passed."""
+    return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), foretold=False))
+
+
+def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: float) -> tuple[Curve, CurvePoint, CurvePoint]:
+    """Two neighbours of a curve as they are on one mesh, on which what lies between them can be located.
+
+    a, b: with the curves on whose meshes they are. accuracy: see ``BoundaryValueProblem``; Newton's method goes on to rounding.
+    Raises ``RunError`` where it fails.
+    """
+    curve, there = b
+    problem = curve.problem
+    assert isinstance(problem, BoundaryValueProblem)
+    better = replace(problem, accuracy=min(accuracy, problem.accuracy)).remeshed(there.u)
+    better = replace(better, reference=better.referred(problem.moved(there.u, better.mesh)))
+    fine, found = exactly(replace(curve, problem=better)), list[CurvePoint]()
+    for at, point in (a, b):
+        known = at.problem
+        assert isinstance(known, BoundaryValueProblem)
+        u, tangent = known.moved(np.stack([point.u, point.tangent], axis=1), better.mesh).T
+        found.append(fine.corrected(u, tangent, point.length)[0])
+    return fine, found[0], found[1]
+
+
+_LEAST = 2.0**-8  # share of a step
+_ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
+
+
+def solved(
+    problem: BoundaryValueProblem, u: np.ndarray, row: np.ndarray, positive: int, most_steps: int, tolerance: float
+) -> tuple[np.ndarray, int]:
+    """The solution near u in the plane through it across a row, and after how many steps.
+
+    Parameters
+    ----------
+    problem : BoundaryValueProblem
+    u, row : ndarray
+        Of all unknowns; changes of u are zero along the row.
+    positive : int
+        Index of an unknown that stays positive: of a period.
+    most_steps : int
+    tolerance : float
+        Of the correction that is left, by the problem's scale.
+
+    Raises
+    ------
+    RunError
+        Where Newton's method does not converge.
+    """
+    scale = problem.scale
+
+    def correction(jacobian: object, off: np.ndarray) -> tuple[np.ndarray, float]:
+        sides = np.append(off, 0.0)[:, None]
+        change = problem.solution(jacobian, row, sides)[0][:, 0]  # type: ignore[arg-type]
+        return change, float(np.linalg.norm(change / scale))
+
+    off, jacobian = problem.residual(u)
+    change, size = correction(jacobian, off)
+    share = 1.0
+    for step in range(1, most_steps + 1):
+        while True:
+            at = u - share * change
+            if at[positive] > 0:
+                off, after = problem.residual(at)
+                rest, left = correction(jacobian, off)
+                if left <= max((1 - share / 2) * size, tolerance) or (share == 1.0 and left < _ROUNDED and left < 2 * size):
+                    break
+            share /= 2
+            if not share >= _LEAST:
+                raise RunError("Newton's method does not converge", code="no-convergence")
+        u = at
+        if share == 1.0 and (left <= tolerance or size / 2 < left < _ROUNDED):
+            return u - rest, step
+        jacobian, (change, size) = after, correction(after, off)
+        share = min(1.0, 2 * share)
+    raise RunError(f"after {most_steps} steps of Newton's method {size:.2g} is left", code="too-many-steps")
+
 
 FOLD, VALUE = "fold", "value"
 

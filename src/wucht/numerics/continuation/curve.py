@@ -16,7 +16,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.problem import CurvePoint, Problem
+from wucht.numerics.continuation.equations import CurvePoint, Problem
 
 P = TypeVar("P")
 

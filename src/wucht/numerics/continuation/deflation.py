@@ -24,9 +24,8 @@ import numpy as np
 
 from wucht.errors import InputError, RunError
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import CurvePoint, Equations, Functions
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
-from wucht.numerics.continuation.problem import CurvePoint, Functions
 from wucht.numerics.continuation.special_points import located
 
 _SAME = 1e-6  # solutions that are nearer to each other, in units of scale, are one

@@ -12,10 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.continuation.branch_points import BranchPoint, branch_point, branch_point_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.problem import CurvePoint, Functions, Problem
+from wucht.numerics.continuation.equations import CurvePoint, Equations, Functions, Problem
 from wucht.numerics.continuation.special_curves import (
     UNRESOLVED,
     Condition,
@@ -25,7 +23,15 @@ from wucht.numerics.continuation.special_curves import (
     refuse_other_than,
     state_of,
 )
-from wucht.numerics.continuation.special_points import LOST, critical_pairs, eigenvalues_of, may_cross
+from wucht.numerics.continuation.special_points import (
+    LOST,
+    BranchPoint,
+    branch_point,
+    branch_point_near,
+    critical_pairs,
+    eigenvalues_of,
+    may_cross,
+)
 
 FOLD, HOPF, BRANCH_POINT = "fold", "hopf", "branch-point"
 

@@ -21,10 +21,8 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem, bordered_solution
 from wucht.numerics.continuation.fold_curves import direction, evaluated
-from wucht.numerics.continuation.normal_forms import HopfForm, hopf_form
-from wucht.numerics.continuation.problem import CurvePoint, Problem, bordered_solution
 from wucht.numerics.continuation.special_curves import (
     BOGDANOV_TAKENS,
     DOUBLE_HOPF,
@@ -35,7 +33,7 @@ from wucht.numerics.continuation.special_curves import (
     state_of,
 )
 from wucht.numerics.continuation.special_points import LOST, critical_pairs, least_real
-from wucht.numerics.continuation.two_parameters import SpecialCurves, SpecialEquilibrium
+from wucht.numerics.continuation.two_parameters import HopfForm, SpecialCurves, SpecialEquilibrium, hopf_form
 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 _ROUNDING = 1e-10  # of kappa, in units of its scale

@@ -11,8 +11,7 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import CLOSED, Curve, Walk
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.equations import CurvePoint, Equations
 from wucht.numerics.continuation.special_points import located
 
 CUSP, BOGDANOV_TAKENS, ZERO_HOPF = "cusp", "bogdanov-takens", "zero-hopf"

@@ -1,7 +1,13 @@
-"""Special equilibria in two parameters, and their curves: what folds and Hopf points have in common."""
+"""Special equilibria in two parameters: their normal forms on the centre manifold, and what their curves have in common.
+
+Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", Springer 2004, sections 3.5, 5.4, 8.2 to 8.4 and 10.2, whose symbols
+stand here: f(x + y) = A y + B(y, y)/2 + C(y, y, y)/6 + ..., q and p right and left eigenvectors. The forms B and C come from
+the exact Jacobian by central differences of sixth order.
+"""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,11 +16,169 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.normal_forms import bogdanov_takens_form
-from wucht.numerics.continuation.problem import CurvePoint, Problem
+from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem
 from wucht.numerics.continuation.special_curves import BOGDANOV_TAKENS, Followed, Watch, bounds_of, refuse_other_than
+
+# First and second derivative from values at k h, k = -3 ... 3, error O(h^6): B. Fornberg, Math. Comp. 51 (1988) 699-706.
+_OFFSETS = np.array([1.0, 2.0, 3.0, -1.0, -2.0, -3.0])
+_FIRST = np.array([45.0, -9.0, 1.0, -45.0, 9.0, -1.0]) / 60
+_SECOND = np.array([270.0, -27.0, 2.0, 270.0, -27.0, 2.0]) / 180
+# In units of scale. It balances rounding, 2e-16 / h^2, against truncation, (h/L)^6 / 560, L being the length over which f
+# changes its shape: both stay below 1e-10 for L from 0.1 to 3 scales.
+_STEP = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """A (n, n) = df/dx at a point; first, second (n, n, k): its derivatives along k directions, d_j B(d, .) and C(d, d, .)."""
+
+    A: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+def expansion(equations: Equations, u: np.ndarray, directions: np.ndarray) -> Expansion:
+    """The derivatives of df/dx at u (n+m,) along directions (n, k) of the states, in one evaluation of 6 k + 1 points."""
+    n, k = directions.shape
+    length = np.linalg.norm(directions / equations.scale[:n, None], axis=0)
+    h = _STEP / np.where(length > 0, length, 1.0)
+    around = np.repeat(u[:, None], 6 * k + 1, axis=1)
+    around[:n, 1:] += ((directions * h)[:, :, None] * _OFFSETS).reshape(n, 6 * k)
+    every = equations.values(around)[1][:, :n]
+    centre, moved = every[..., 0], every[..., 1:].reshape(n, n, k, 6)
+    if not np.isfinite(every).all():
+        raise RunError("the equations cannot be evaluated around this point")
+    change = moved - centre[:, :, None, None]  # the weights of the second derivative add up to zero: less rounding
+    return Expansion(centre, moved @ _FIRST / h, change @ _SECOND / h**2)
+
+
+@dataclass(frozen=True)
+class FoldForm:
+    """y' = beta + a y^2 + c y^3, y = <p, x - x0>, with <q, q> = <p, q> = 1.
+
+    a: the quadratic coefficient, its sign for a q whose largest entry is positive. c: the cubic one, where a = 0 (a cusp).
+    Both are infinite at a Bogdanov-Takens point, where <p, q> of unit vectors is zero.
+    """
+
+    a: float
+    c: float
+
+
+def fold_form(equations: Equations, u: np.ndarray) -> FoldForm:
+    """The normal form of a fold u = (x, p...) (n+m,). Raises ``RunError`` where the equations cannot be evaluated."""
+    q, p = null_vectors(equations.values(u)[1][:, : equations.n])
+    e = expansion(equations, u, q[:, None])
+    n, skew = len(q), float(p @ q)
+    square, cube = e.first[..., 0] @ q, e.second[..., 0] @ q
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p = p / np.float64(skew)
+        a = float(p @ square) / 2
+        # A h = <p, B> q - B, <p, h> = 0: the second-order part of the centre manifold.
+        bordered = np.block([[e.A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
+        if not np.isfinite(bordered).all():
+            return FoldForm(math.inf, math.inf)
+        h = np.linalg.solve(bordered, np.append(2 * a * q - square, 0.0))[:n]
+        return FoldForm(a, float(p @ (cube + 3 * e.first[..., 0] @ h)) / 6)
+
+
+@dataclass(frozen=True)
+class BogdanovTakensForm:
+    """y0' = y1, y1' = beta1 + beta2 y0 + a y0^2 + b y0 y1, y0 being along the unit null vector, largest entry positive."""
+
+    a: float
+    b: float
+
+
+def bogdanov_takens_form(equations: Equations, u: np.ndarray) -> BogdanovTakensForm:
+    """The normal form of a Bogdanov-Takens point u = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53) for n states."""
+    n = equations.n
+    A = equations.values(u)[1][:, :n]
+    q0, p1 = null_vectors(A)
+    # A q1 = q0, A^T p0 = p1: the singular A is bordered by its null vectors, and nothing is left of the border.
+    bordered = np.block([[A, p1[:, None]], [q0[None, :], np.zeros((1, 1))]])
+    q1 = np.linalg.solve(bordered, np.append(q0, 0.0))[:n]
+    p0 = np.linalg.solve(bordered.T, np.append(p1, 0.0))[:n]
+    p0, p1 = p0 / (p1 @ q1), p1 / (p1 @ q1)
+    q1 = q1 - (p0 @ q1) * q0
+    B = expansion(equations, u, q0[:, None]).first[..., 0]
+    return BogdanovTakensForm(float(p1 @ B @ q0) / 2, float(p0 @ B @ q0 + p1 @ B @ q1))
+
+
+@dataclass(frozen=True, eq=False)
+class HopfForm:
+    """The normal form of a Hopf point, z' = (i omega + ...) z + omega l1 z |z|^2, with <q, q> = <p, q> = 1.
+
+    Attributes
+    ----------
+    frequency : float
+        omega, rad per unit of time.
+    l1 : float
+        The first Lyapunov coefficient.
+    share : float
+        l1 in terms of the sizes of its summands, from -1 to 1: at 1e-9 nothing but rounding is left of it.
+    eigenvalues : ndarray of complex, (n,)
+        The critical pair first.
+    """
+
+    frequency: float
+    l1: float
+    share: float
+    eigenvalues: np.ndarray
+
+    @property
+    def supercritical(self) -> bool:
+        """Whether the periodic orbits that begin there are stable on the centre manifold."""
+        return self.l1 < 0
+
+
+def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = None) -> HopfForm:
+    """The normal form of a Hopf point u = (x, p...) (n+m,); Kuznetsov (5.39), (10.45).
+
+    frequency: of the pair that is meant; by default that nearest to the imaginary axis. Raises ``RunError`` where there is no
+    complex pair.
+    """
+    n = equations.n
+    values, q, p, rest = _critical(equations.values(u)[1][:, :n], frequency)
+    omega = float(values[0].imag)
+    a, b = q.real, q.imag
+    e = expansion(equations, u, np.stack([a, b], axis=1))
+    Ba, Bb, Caa, Cbb = e.first[..., 0], e.first[..., 1], e.second[..., 0], e.second[..., 1]
+    cubic = (Caa @ a + Cbb @ a) + 1j * (Caa @ b + Cbb @ b)  # C(q, q, q*)
+    mean = Ba @ a + Bb @ b  # B(q, q*)
+    double = Ba @ a - Bb @ b + 2j * (Ba @ b)  # B(q, q)
+    try:
+        h11, h20 = np.linalg.solve(e.A, mean), np.linalg.solve(2j * omega * np.eye(n) - e.A, double)
+    except np.linalg.LinAlgError:
+        raise RunError("a second eigenvalue is critical: this Hopf point has no first Lyapunov coefficient") from None
+    terms = np.conj(p) @ np.stack([cubic, -2 * (Ba + 1j * Bb) @ h11, (Ba - 1j * Bb) @ h20], axis=1)
+    size = float(np.abs(terms).sum())
+    total = float(terms.real.sum())
+    return HopfForm(omega, total / (2 * omega), total / size if size else 0.0, np.concatenate([values, rest]))
+
+
+def null_vectors(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The right and the left unit vectors (n,) that a singular matrix (n, n) maps to zero; their largest entries positive."""
+    left, _, right = np.linalg.svd(matrix)
+    q, p = right[-1], left[:, -1]
+    return q * np.sign(q[np.abs(q).argmax()]), p * np.sign(p[np.abs(p).argmax()])
+
+
+def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A critical pair (2,), positive imaginary part first, its q and p (n,), and the other eigenvalues (n-2,)."""
+    from scipy.linalg.lapack import dgeev
+
+    real, imaginary, left, right, failed = dgeev(matrix)
+    pairs = np.flatnonzero(imaginary > 0)
+    if failed or not len(pairs):
+        raise RunError("there is no pair of complex eigenvalues here: it is no Hopf point", code="no-pair")
+    off = np.abs(real[pairs]) if frequency is None else np.hypot(real[pairs], imaginary[pairs] - frequency)
+    i = int(pairs[off.argmin()])
+    q, p = right[:, i] + 1j * right[:, i + 1], left[:, i] + 1j * left[:, i + 1]
+    q = q / np.linalg.norm(q)
+    values = real + 1j * imaginary
+    return values[i : i + 2], q, p / np.conj(np.vdot(p, q)), np.delete(values, [i, i + 1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,8 @@ from typing import TypeVar
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.ensembles.lanes import Batched, Lanes, OneByOne
 from wucht.numerics.ensembles.members import Ends, Members, Observer, Pacing, Source
-from wucht.numerics.ensembles.tile import Tick, Tile, run_tile
+from wucht.numerics.ensembles.tile import Batched, Lanes, OneByOne, Tick, Tile, run_tile
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, CompiledSystem, available_engine, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.heyoka_batch import HeyokaBatch, compile_batch

@@ -26,7 +26,7 @@ from wucht.numerics.flow.heyoka_engine import (
     translation,
 )
 from wucht.numerics.flow.program import lower
-from wucht.numerics.flow.transitions import sentinels, unheard
+from wucht.numerics.flow.step_sizes import sentinels, unheard
 from wucht.system import System
 
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once

@@ -18,9 +18,8 @@ import sympy as sp
 
 from wucht.errors import RunError
 from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
-from wucht.numerics.flow.many_steps import UNKNOWN
 from wucht.numerics.flow.program import Assignments, Numbers, Program
-from wucht.numerics.flow.transitions import sentinels, unheard
+from wucht.numerics.flow.step_sizes import UNKNOWN, sentinels, unheard
 from wucht.system import TIME, System
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,

@@ -1,18 +1,239 @@
-"""Run a compiled System: dense samples, exact events, progress, and a sentence when it fails."""
+"""Run a compiled System, leg by leg: dense samples, exact events, breakpoints, progress, and a sentence when it fails."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import CompiledSystem
-from wucht.numerics.flow.events import LegError
-from wucht.numerics.flow.legs import Integration
+from wucht.numerics.flow.compiled import CompiledSystem, Integrator
+from wucht.numerics.flow.events import Hit, LegError, LegResult
 from wucht.numerics.flow.program import Numbers
+from wucht.numerics.flow.segments import ROUNDING
+from wucht.numerics.flow.step_sizes import UNKNOWN, advice
 from wucht.numerics.flow.trajectory import Trajectory
+
+_SAMPLES_A_LEG = 1024
+_MOST_HITS = 1_000_000
+
+
+@dataclass
+class Integration:
+    """An integration in progress: what it started from, and what has been recorded.
+
+    state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. before: what they
+    were (m,) where the leg began: the engine accumulates what the leg adds, so that a work that has become large does not
+    loosen its tolerance. times, states: what was sampled, leg by leg, ``done`` samples in all. fired_at: when each event last
+    fired. segments: those in use. sampled: the parameters at the last sample.
+    """
+
+    compiled: CompiledSystem
+    integrator: Integrator
+    state: np.ndarray
+    pars: np.ndarray
+    grid: np.ndarray
+    unit: float = 1.0
+    before: np.ndarray = field(default_factory=lambda: np.empty(0))
+    times: list[np.ndarray] = field(default_factory=list)
+    states: list[np.ndarray] = field(default_factory=list)
+    hits: list[Hit] = field(default_factory=list)
+    done: int = 0
+    stopped_by: str | None = None
+    fired_at: dict[int, float] = field(default_factory=dict)
+    segments: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sampled: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+    def start(self) -> None:
+        """Place the integrator at the beginning."""
+        time, locator = float(self.grid[0]), self.compiled.locator
+        self.sampled, self.before = self.pars, self.state[len(self.compiled.system.states) :]
+        if locator is not None:
+            self.segments = locator.start(time, self.state, self._own)
+        # A run may continue one that has stopped at this very event: it is behind it.
+        self.fired_at = {i: time for i, e in enumerate(self.compiled.events) if e.terminal}
+        self.integrator.forget_events()
+        self._place(time, self._in_units(self.state))
+
+    def _begin_leg(self) -> None:
+        """What the quadratures have come to is kept aside."""
+        state, n = self._in_units(self.integrator.state, back=True), len(self.compiled.system.states)
+        self.before = state[n:]
+        self._place(self.time, self._in_units(state))
+
+    def _place(self, time: float, state: np.ndarray) -> None:
+        self.integrator.start(time, state, np.concatenate([self._own, self.segments]))
+
+    @property
+    def time(self) -> float:
+        """The time reached."""
+        return self.integrator.time
+
+    @property
+    def _own(self) -> np.ndarray:
+        """The parameters without those of the segments."""
+        return np.append(self.pars, 1 / self.unit)
+
+    def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
+        """States (n + m) or (n + m, N) with what the leg adds to the quadratures in units of their own, or back from there."""
+        n, changed = len(self.compiled.system.states), states.copy()
+        before = self.before if changed.ndim == 1 else self.before[:, None]
+        changed[n:] = changed[n:] * self.unit + before if back else (changed[n:] - before) / self.unit
+        return changed
+
+    def advance(self) -> bool:
+        """One leg. Returns whether there is more to do."""
+        # Legs end at the same samples whatever happens within: a run in parts has the same numbers as a whole one.
+        end = (max(self.done - 1, 0) // _SAMPLES_A_LEG + 1) * _SAMPLES_A_LEG + 1
+        piece = self.grid[self.done : end]
+        if self.done > 1 and len(self.before):
+            self._begin_leg()
+        leg = self.integrator.leg(piece)
+        self._record(piece, leg.states)
+        self.sampled = self.pars
+        switches = {e.name for e in self.compiled.events if e.switch is not None}
+        self.hits.extend(h for h in leg.hits if h.name not in switches and not self._seen(h))
+        if len(self.hits) > _MOST_HITS:
+            raise LegError(f"more than {_MOST_HITS} events happened", "Look for an event that repeats", leg.states[:, :0])
+        if leg.stopped_by is not None or self.compiled.locator is not None or self.compiled.interrupting:
+            self._handle_events(leg)
+        return self.done < len(self.grid) and self.stopped_by is None
+
+    def _seen(self, hit: Hit) -> bool:
+        """Whether a hit at the border of two legs was counted by the leg before, or by the run that this one continues."""
+        close = 1e-12 * max(1.0, abs(hit.time))
+        if abs(hit.time - self.grid[0]) <= close and any(e.terminal and e.name == hit.name for e in self.compiled.events):
+            return True
+        recent = self.hits[-len(self.compiled.events) :]
+        return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in recent)
+
+    def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
+        taken = samples.shape[1]
+        self.times.append(piece[:taken])
+        self.states.append(self._in_units(samples, back=True))
+        self.done += taken
+
+    def _handle_events(self, leg: LegResult) -> None:
+        """What the event does at which the leg stopped, and what those do that happen at the same time.
+
+        Breakpoints and events at the very end of a leg are handled now: a run continued from there begins beyond them.
+        """
+        index, before = leg.stopped_by, self.segments
+        switch = None if index is None else self.compiled.events[index].switch
+        fired = [index] if index is not None and switch is None and not self._just_fired(index, leg.time) else []
+        state = moved = self._after_actions(leg.time, leg.state, fired)
+        changed = switch is not None or state is not leg.state
+        if changed or index is None:
+            moved = self._moved(leg.time, state, switch)
+        if changed or not np.array_equal(before, self.segments):
+            self._place(leg.time, moved)
+
+    def _after_actions(self, time: float, state: np.ndarray, fired: list[int]) -> np.ndarray:
+        """The state after these events' actions and those of events at the same time: an engine may report one only."""
+        n, together = len(self.compiled.system.states), [*fired, *self._simultaneous(time, state, fired)]
+        for i in together:
+            event, self.fired_at[i] = self.compiled.events[i], time
+            if event.action is not None:
+                changed, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
+                state = np.concatenate([changed, state[n:]])
+            if event.terminal:
+                self.stopped_by = self.stopped_by or event.name
+            if i not in fired:
+                self.hits.append(Hit(event.name, time, state[:n].copy()))
+        return state
+
+    def _simultaneous(self, time: float, state: np.ndarray, fired: list[int]) -> list[int]:
+        if self.compiled.lookahead is None or len(self.compiled.interrupting) <= len(fired):
+            return []
+        values, ahead = self.compiled.lookahead(time, state, np.concatenate([self._own, self.segments]))
+        simultaneous = []
+        for i, h, a in zip(self.compiled.interrupting, values, ahead, strict=True):
+            direction = self.compiled.events[i].direction
+            crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
+            if i not in fired and abs(h) <= ROUNDING and crosses and not self._just_fired(i, time):
+                simultaneous.append(i)
+        return simultaneous
+
+    def _just_fired(self, index: int, time: float) -> bool:
+        """Whether an event has just been handled together with another."""
+        return index in self.fired_at and abs(time - self.fired_at[index]) <= 1e-12 * max(1.0, abs(time))
+
+    def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
+        """The segments after an event; returns the state with what the quadratures gain."""
+        locator, before = self.compiled.locator, self.segments
+        if locator is not None:
+            self.segments = locator.moved(time, state, self._own, before, switch)
+        if locator is None or np.array_equal(before, self.segments):
+            return state
+        self._correct_sample(time, before)
+        return self._jumped(time, state, before, self.segments)
+
+    def _correct_sample(self, time: float, before: np.ndarray) -> None:
+        """A sample at the breakpoint itself was taken before the quadratures' gain there; outputs are read from its right."""
+        block = next((s for s in reversed(self.states) if s.shape[1]), None)
+        at, locator = float(self.grid[self.done - 1]), self.compiled.locator
+        if block is None or locator is None or self.compiled.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
+            return
+        state = self._in_units(block[:, -1])
+        seen = locator.seen(at, state, self._own, self.segments)
+        block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
+
+    def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """The state with what the quadratures gain from the change of segments."""
+        if self.compiled.jumps is None:
+            return state
+        n, at = len(self.compiled.system.states), (np.array([time]), state[:, None])
+        old, new = (self.compiled.jumps.array(*at, np.concatenate([self._own, segments])) for segments in (before, after))
+        return np.concatenate([state[:n], state[n:] + (new - old)[:, 0] / self.unit])
+
+    def failed(self, error: LegError) -> str:
+        """Record what the failing leg still reached; returns the sentence."""
+        self._record(self.grid[self.done :], error.samples)
+        time = self.time
+        reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
+        last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
+        if error.step is not None:
+            error.remedy = self._advice(error.step)
+        return error.sentence(reached, self.compiled.system.state_names, last)
+
+    def _advice(self, step: float) -> str:
+        """What to try where steps ran out, in the state reached."""
+        system, program, state = self.compiled.system, self.compiled.engine.program, self.integrator.state
+        function, n = program.function("math"), len(system.states)
+        constants = program.constant_values(np.concatenate([self._own, self.segments])).tolist()
+
+        def rates(x: np.ndarray) -> Sequence[float]:
+            derivatives: Sequence[float] = function([*x.tolist(), *state[n:].tolist()], self.time, constants)
+            return derivatives[:n]
+
+        try:
+            return advice(rates, state[:n], [i for i, x in enumerate(system.states) if x in system.angles], step)
+        except (OverflowError, ValueError, ZeroDivisionError):
+            return UNKNOWN
+
+    def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
+        """What has been computed so far."""
+        if not self.done:
+            self.times, self.states = [self.grid[:1]], [self.state[:, None]]
+        times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
+        n = len(self.compiled.system.states)
+        # What was computed since the last samples is given up, so that a run that is continued keeps its even grid.
+        at_sample = interrupted or failure is not None
+        return Trajectory(
+            times,
+            states[:n],
+            {q.name: states[n + i] for i, q in enumerate(self.compiled.system.quadratures)},
+            self.sampled if at_sample else self.pars,
+            float(times[-1]) if at_sample else self.time,
+            states[:, -1] if at_sample else self._in_units(self.integrator.state, back=True),
+            tuple(self.hits),
+            self.stopped_by,
+            failure,
+            interrupted,
+        )
+
 
 TimeCallback = Callable[[float], None]
 

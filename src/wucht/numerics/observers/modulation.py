@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.numerics.observers.turn_record import Blocks, TurnRecord
+from wucht.numerics.observers.records import Blocks, TurnRecord
 
 FEWEST_CYCLES = 3
 _SHARES = (

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
-from wucht.numerics.collocation.collocated import Collocated
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.problem import CurvePoint, Problem
+from wucht.numerics.collocation.solutions import Collocated
+from wucht.numerics.continuation.equations import CurvePoint, Problem
 
 FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
 _STILL = 0.02  # by how much of its size a parameter changes, at most, while the period grows e-fold

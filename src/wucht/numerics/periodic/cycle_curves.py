@@ -18,14 +18,14 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, Ends, EndValues, Integrand, Reference
-from wucht.numerics.collocation.starting import exactly
+from wucht.numerics.collocation.solutions import exactly
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.jacobian import variational
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, Orbit, swing
 from wucht.numerics.periodic.cycle_starts import carried
 from wucht.numerics.periodic.cycles import STEPS
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
-from wucht.numerics.variational import variational
 from wucht.system import System
 
 _EXTRA, _BREAKING = sp.Symbol("_extra", real=True), sp.Symbol("_breaking", real=True)

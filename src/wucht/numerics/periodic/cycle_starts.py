@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import exactly, sampled, solved_near, tangent_near
+from wucht.numerics.collocation.solutions import exactly, sampled, solved_near, tangent_near
 from wucht.numerics.continuation.equilibria import Equilibrium
 from wucht.numerics.continuation.special_points import located
 from wucht.numerics.periodic.cycle import Cycle, Orbit

@@ -18,10 +18,9 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import refined
+from wucht.numerics.collocation.solutions import refined
 from wucht.numerics.continuation.curve import CLOSED, Curve, Steps, Walk
-from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.equations import CurvePoint, Equations
 from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
 from wucht.numerics.periodic.cycle import (

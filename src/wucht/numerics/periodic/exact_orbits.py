@@ -16,10 +16,9 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.periodic.closing import Closed, Closing
-from wucht.numerics.periodic.families import Places
+from wucht.numerics.jacobian import variational
+from wucht.numerics.periodic.closing import Closed, Closing, Places
 from wucht.numerics.periodic.floquet import integrated_legs, of_moderate_condition
-from wucht.numerics.variational import variational
 
 _LEAST = 2.0**-5  # share of a step
 

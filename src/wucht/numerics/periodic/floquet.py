@@ -20,7 +20,7 @@ from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.variational import variational
+from wucht.numerics.jacobian import variational
 from wucht.system import System
 
 _CONDITION = 1e4  # of products of maps: four digits less than rounding

@@ -10,9 +10,8 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equations import CurvePoint, Equations
 from wucht.numerics.continuation.equilibria import HOPF, Equilibria, Equilibrium
-from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.periods import equilibrium_equations
 

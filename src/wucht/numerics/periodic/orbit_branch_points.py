@@ -19,7 +19,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.continuation.curve import Curve
-from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.equations import CurvePoint
 
 _CROSSING = 1e-7  # of beta, in units of the states' sizes: branches that pass one another more closely cross
 _STEP = 1e-4  # arclength: of central differences of the slopes of beta, which are right to about 1e-10

@@ -3,16 +3,54 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
+import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.phase_plane.box_bounds import bounds
+from wucht.numerics.flow.program import Numbers, lower
+from wucht.numerics.intervals import bounds
 from wucht.numerics.phase_plane.plane import Plane
-from wucht.numerics.phase_plane.rate_jumps import may_jump
 from wucht.numerics.subdivision import Zeros, all_zeros
+from wucht.piecewise import PiecewiseCubic
+from wucht.system import System
+
+
+def may_jump(system: System, values: Numbers, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether each of the n rates may jump in each of N boxes (n, N). values: of the parameters. low, high: (n, N).
+
+    Raises ``WuchtError`` for a function of which no bounds are known.
+    """
+    found = np.zeros(low.shape, bool)
+    pieces = _jumping(system)
+    if not pieces:
+        return found
+    program = lower(system, [piece.args[0] for _, piece in pieces])
+    below, above = bounds(program, program.constant_values(values), low, high)
+    for (row, piece), a, b in zip(pieces, below, above, strict=True):
+        at = np.array(piece.args[1].jumps())[:, None]
+        found[row] |= ~((at < a) | (at > b)).all(axis=0)  # where nothing is known of the argument too
+    return found
+
+
+@lru_cache(maxsize=64)
+def _jumping(system: System) -> tuple[tuple[int, PiecewiseCubic], ...]:
+    """The piecewise functions that jump, by the row of the rate that depends on them, definitions put in."""
+    meanings = system.definitions
+    if not any(p.args[1].jumps() for e in (*system.derivatives, *(e for _, e in meanings)) for p in _pieces(e)):
+        return ()
+    whole = list(map(sp.sympify, system.derivatives))
+    for symbol, expression in reversed(meanings):
+        whole = [e.xreplace({symbol: sp.sympify(expression)}) for e in whole]
+    return tuple((i, p) for i, e in enumerate(whole) for p in sorted(_pieces(e), key=str) if p.args[1].jumps())
+
+
+def _pieces(e: sp.Expr) -> set[PiecewiseCubic]:
+    return set(sp.sympify(e).atoms(PiecewiseCubic))
+
 
 SADDLE, CENTRE, DEGENERATE = "saddle", "centre", "degenerate"
 STABLE = ("stable node", "stable focus")
@@ -149,3 +187,30 @@ def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: 
         distinct = np.concatenate([distinct, left[:, :1]], axis=1)
         left = left[:, np.hypot(*plane.apart(left, left[:, :1])) > _SAME]
     return distinct
+
+
+_SIZES = (1.0, 10.0, 100.0, 1e3)  # half sides of the boxes that are searched one after the other
+_MANY = 20  # fixed points: where a larger box has more, as of periodic functions, the smaller one is shown
+_AROUND = 0.6  # of their extent: how much is shown around the fixed points, and at least
+_LEAST = 1.5  # times the distance of the farthest one from zero; 1.5 where all are at zero
+
+
+def window_around(
+    system: System, values: Mapping[str, float], low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Ends (2,), (2,) of a window where ``low`` and ``high`` are not numbers; None where no fixed point is found."""
+    free = np.isnan(low)
+    seen: np.ndarray | None = None
+    for size in _SIZES:
+        plane = Plane(system, values, np.where(free, -size, low), np.where(free, size, high))
+        states = np.array([p.state for p in fixed_points(plane).points]).T
+        if states.size and seen is not None and states.shape[1] > _MANY:
+            break
+        seen = states if states.size else seen
+    if seen is None:
+        return None
+    extent = np.maximum(np.ptp(seen, axis=1), 0.0)
+    far = np.abs(seen).max(axis=1)
+    margin = np.maximum(_AROUND * extent, np.where(far > 0, 0.5 * far, 0.0))
+    margin = np.where(margin > 0, margin, _LEAST * (max(float(margin[free].max()), 0.0) or 1.0))
+    return np.where(free, seen.min(axis=1) - margin, low), np.where(free, seen.max(axis=1) + margin, high)

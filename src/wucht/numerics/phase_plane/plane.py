@@ -13,8 +13,7 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
-from wucht.numerics.jacobian import Jacobian
-from wucht.numerics.variational import variational
+from wucht.numerics.jacobian import Jacobian, variational
 from wucht.system import TIME, Output, System
 
 TURN = 2 * math.pi

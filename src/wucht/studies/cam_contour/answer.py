@@ -11,7 +11,7 @@ import numpy as np
 from wucht.cams.followers.follower import Outline
 from wucht.cams.shape import COMMON, Shape, beyond_common, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
-from wucht.numerics.valleys import Arc
+from wucht.numerics.angles import Arc
 from wucht.results.formatting import in_lines
 from wucht.results.quantities import Quantity, answer, group
 from wucht.studies.cam_contour.computation import Curves, Findings, Plan

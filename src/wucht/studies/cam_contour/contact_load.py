@@ -13,7 +13,7 @@ from wucht.cams.drive import CamDrive
 from wucht.cams.followers.roller_cam import ConjugateCams
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
-from wucht.numerics.valleys import GRID, Arc
+from wucht.numerics.angles import GRID, Arc
 from wucht.schema import Unit, read_quantity
 from wucht.studies.cam_contour.spec import CamContour, Contact
 

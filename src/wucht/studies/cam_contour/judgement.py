@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from wucht.cams.shape import CALLED, degrees, largest_pressure_angle
-from wucht.numerics.valleys import Arc
+from wucht.numerics.angles import Arc
 from wucht.studies.cam_contour.computation import Findings, Plan
 
 _REACHED = 1e-6  # of a limit: beyond it by less is at it, where a smallest cam is

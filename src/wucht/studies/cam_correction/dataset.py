@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.cams.shape import COMMON, Shape, largest_pressure_angle
 from wucht.cams.undercut import RadiusAt
-from wucht.measurements.order_residual import LeftOutOrder
+from wucht.measurements.order_checks import LeftOutOrder
 from wucht.numerics.harmonics import Harmonics
 from wucht.results.quantities import Quantity, answer, group, table
 from wucht.studies.cam_correction.cleanliness import left_by_left_out, sentence

@@ -12,8 +12,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.measurements.order_checks import check_samples
-from wucht.measurements.order_regression import Mean, OrderModel
-from wucht.measurements.order_start import START_BLOCKS, block_means, start
+from wucht.measurements.order_regression import START_BLOCKS, Mean, OrderModel, block_means, start
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Channel
 from wucht.measurements.shaft_signal import TURN, ShaftSignal

@@ -14,8 +14,7 @@ from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal, watched_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
-from wucht.fatigue.accumulated_damage import AccumulatedDamage
-from wucht.fatigue.woehler_line import WoehlerLine
+from wucht.fatigue.damage import AccumulatedDamage, WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.piecewise import Pieces
 from wucht.schema import Parameter

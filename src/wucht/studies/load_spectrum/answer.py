@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
-from wucht.fatigue.load_classes import RangeMeanMatrix, distance
+from wucht.fatigue.counted_cycles import RangeMeanMatrix, distance
 from wucht.results.formatting import in_lines
 from wucht.results.quantities import Quantity, answer
 from wucht.studies.load_spectrum.computation import Plan, check_width

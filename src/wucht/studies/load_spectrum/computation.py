@@ -11,8 +11,8 @@ from wucht.dynamics.run_ups.machine_signals import LoadHistory, MachineSignal, l
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.fatigue.damage import WoehlerLine
 from wucht.fatigue.turning_points import TurningPoints
-from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.measurements.recording import Channel
 from wucht.schema import Unit, read_quantity

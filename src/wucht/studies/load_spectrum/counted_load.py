@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.level_and_peak_counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys
-from wucht.fatigue.rainflow_counting import rainflow, range_pairs
+from wucht.fatigue.counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys, rainflow, range_pairs
 from wucht.studies.load_spectrum.computation import Plan
 
 MOST_ROWS, _CLASSES = 1000, 100  # ranges that each stand for themselves, and classes where there are more

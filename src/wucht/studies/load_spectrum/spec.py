@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.fatigue.rainflow_counting import Residue
+from wucht.fatigue.counting import Residue
 from wucht.schema import Described, checked, si
 from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.single_run import SingleRun

@@ -19,11 +19,10 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve
-from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoints, fixed_points
+from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoints, fixed_points, window_around
 from wucht.numerics.phase_plane.manifolds import Manifold, manifold
 from wucht.numerics.phase_plane.phase_curves import PhaseCurve, Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
-from wucht.numerics.phase_plane.window import window_around
 from wucht.schema import Unit, read_quantity, refuse_unknown
 from wucht.studies.phase_portrait.section import section
 from wucht.studies.phase_portrait.spec import PhasePortrait

@@ -15,7 +15,7 @@ from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
-from wucht.numerics.observers.turn_record import smooth_weights
+from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.peaks import extremes
 from wucht.results.formatting import Format, ReportLines, formats
 from wucht.results.quantities import Answer, Quantity, variables_of

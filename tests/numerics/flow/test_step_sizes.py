@@ -8,7 +8,7 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.heyoka_batch import compile_batch
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import lower
-from wucht.numerics.flow.transitions import arguments
+from wucht.numerics.flow.step_sizes import arguments
 from wucht.system import TIME, System
 
 v, y, far, width, rate = sp.symbols("v y far width rate", real=True)

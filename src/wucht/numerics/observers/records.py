@@ -1,4 +1,7 @@
-"""The turns of a motion, in bounded memory."""
+"""Records of a motion of any length in bounded memory: its turns, or equal spans of time where it makes none.
+
+The last blocks are kept as they are, and ever longer ones the further back.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,131 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.observers.pyramid import HIGH, LAST, LOW, MEAN, Pyramid
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
+from wucht.numerics.peaks import between_samples
+
+KEPT = 4096  # blocks of each length
+LAST, LOW, HIGH, MEAN = range(4)  # what of two neighbouring blocks is that of both
+
+
+@dataclass(frozen=True)
+class Pyramid:
+    """kinds: of each row of a block. count: of blocks so far. levels: the last ``KEPT`` blocks of 1, 2, 4, ... as one, each a
+    column; the last level reaches back to the beginning. Two records of the same blocks are the same to the last bit, whatever
+    the parts in which they came."""
+
+    kinds: tuple[int, ...]
+    count: int = 0
+    levels: tuple[np.ndarray, ...] = ()
+
+    def after(self, blocks: np.ndarray) -> Pyramid:
+        """The record with more blocks (rows, K)."""
+        if not blocks.shape[1]:
+            return self
+        return Pyramid(self.kinds, self.count + blocks.shape[1], _levels(self.levels, blocks, self.count, self.kinds))
+
+    def last(self, share: float) -> tuple[np.ndarray, int]:
+        """The last share of it in the finest blocks that reach back so far; and of how many a block is made."""
+        if not self.levels:
+            return np.empty((len(self.kinds), 0)), 1
+        wanted, top = share * self.count, len(self.levels) - 1
+        k = next((k for k, known in enumerate(self.levels) if known.shape[1] * 2**k >= wanted), top)
+        return self.levels[k][:, -max(1, round(wanted / 2**k)) :], 2**k
+
+
+def _levels(before: tuple[np.ndarray, ...], blocks: np.ndarray, count: int, kinds: Sequence[int]) -> tuple[np.ndarray, ...]:
+    """The levels with more blocks of the first one, of which there had been ``count``."""
+    known = np.concatenate([before[0], blocks], axis=1) if before else blocks
+    total = count + blocks.shape[1]
+    if total <= KEPT:
+        return (known,)
+    # Of the next level there is nothing yet as long as this one has all of them.
+    paired = count // 2 if len(before) > 1 else 0
+    new = known[:, 2 * paired - total + known.shape[1] : known.shape[1] - total % 2]
+    return known[:, -KEPT:], *_levels(before[1:], _paired(new, kinds), paired, kinds)
+
+
+def _paired(blocks: np.ndarray, kinds: Sequence[int]) -> np.ndarray:
+    """Each two neighbouring blocks as one."""
+    first, second, merged = blocks[:, ::2], blocks[:, 1::2], blocks[:, 1::2].copy()
+    for kind, merge in ((LOW, np.minimum), (HIGH, np.maximum), (MEAN, _mean)):
+        rows = [row for row, k in enumerate(kinds) if k == kind]
+        merged[rows] = merge(first[rows], second[rows])
+    return merged
+
+
+def _mean(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return np.asarray((first + second) / 2)
+
+
+_PER_SPAN = 12  # samples are enough: more are left out
+_KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
+_EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
+
+
+@dataclass(frozen=True)
+class Spans:
+    """K spans of time: time and angle (K,) at their ends, the least and the greatest angle, speed and distance within
+    them."""
+
+    time: np.ndarray
+    angle: np.ndarray
+    least_angle: np.ndarray
+    greatest_angle: np.ndarray
+    least_speed: np.ndarray
+    greatest_speed: np.ndarray
+    least_distance: np.ndarray
+    greatest_distance: np.ndarray
+
+
+@dataclass(frozen=True)
+class SpanRecord:
+    """span: how long one is; motions are to be sampled several times in it. sample: the last one. open: the span that is not
+    yet over, (8, 1)."""
+
+    span: float
+    sample: Samples | None = None
+    open: np.ndarray = field(default_factory=lambda: np.empty((len(_KINDS), 0)))
+    kept: Pyramid = field(default_factory=lambda: Pyramid(_KINDS))
+
+    def after(self, samples: Samples) -> SpanRecord:
+        """The record after a part of the motion, which may begin with the last sample of the part before."""
+        s = _sparse(samples.after(self.sample), self.span / _PER_SPAN)
+        if len(s.time) < 2:
+            return replace(self, sample=s if len(s.time) else None)
+        angle, speed, end = s.angles[0], s.speeds[0], s.time[1:]
+        columns = np.array([
+            end, angle[1:], -between_samples(s.time, -angle, -speed), between_samples(s.time, angle, speed),
+            np.minimum(speed[:-1], speed[1:]), np.maximum(speed[:-1], speed[1:]),
+            _root(-between_samples(s.time, -s.square, -s.rate)), _root(between_samples(s.time, s.square, s.rate)),
+        ])  # fmt: skip
+        columns = np.concatenate([self.open, columns], axis=1)
+        number = np.ceil(columns[0] / self.span)
+        first = np.append(0, np.flatnonzero(np.diff(number)) + 1)
+        last = np.append(first[1:], columns.shape[1]) - 1
+        blocks = columns[:, last]
+        for row, kind in enumerate(_KINDS):
+            if kind in _EXTREMES:
+                blocks[row] = _EXTREMES[kind].reduceat(columns[row], first)
+        return replace(self, sample=s.part(slice(-1, None)), open=blocks[:, -1:], kept=self.kept.after(blocks[:, :-1]))
+
+    def last(self, share: float) -> Spans:
+        """The last share of the time, in the shortest spans that reach back so far, with the one that is not yet over."""
+        values, _ = self.kept.last(share)
+        return Spans(*np.concatenate([values, self.open], axis=1))
+
+
+def _root(square: np.ndarray) -> np.ndarray:
+    """The root of a square, which may be negative by rounding."""
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+
+def _sparse(s: Samples, every: float) -> Samples:
+    """The first sample in each of such spans of time."""
+    number = np.floor(s.time / every)
+    first = np.append(0, np.flatnonzero(number[1:] != number[:-1]) + 1)
+    return s if len(first) >= len(number) else s.part(first)
+
 
 _ROUNDING = 1e-9  # of a turn
 

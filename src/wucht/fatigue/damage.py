@@ -1,13 +1,15 @@
-"""Woehler lines and the damage sum after Palmgren and Miner."""
+"""Woehler lines, the damage sum after Palmgren and Miner, and that sum of a load as it comes."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.counting import closed_cycles, half_cycles
+from wucht.fatigue.turning_points import turning_points
 
 
 @dataclass(frozen=True)
@@ -43,3 +45,26 @@ class WoehlerLine:
 def slope_below(k: float, miner: str) -> float:
     """The slope below the knee of a rule: ``original``, ``elementary`` or ``haibach``."""
     return {"original": math.inf, "elementary": k, "haibach": 2 * k - 1}[miner]
+
+
+@dataclass(frozen=True, eq=False)
+class AccumulatedDamage:
+    """The damage so far.
+
+    closed: of the rainflow cycles that have closed. open_points (k,): turning points of the ranges that have closed none: these
+    count one half each (ASTM E1049-85, 5.4.4), and may close later.
+    """
+
+    line: WoehlerLine
+    closed: float = 0.0
+    open_points: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+    def after(self, values: np.ndarray) -> AccumulatedDamage:
+        """After more turning points (m,): the same as if all had been counted at once."""
+        cycles, left = closed_cycles(turning_points(np.concatenate([self.open_points, values])))
+        return replace(self, closed=self.closed + float(self.line.damages(cycles).sum()), open_points=left)
+
+    @property
+    def total(self) -> float:
+        """Miner's sum, from 0 on; at 1 the part fails."""
+        return self.closed + float(self.line.damages(half_cycles(self.open_points)).sum())

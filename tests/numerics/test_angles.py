@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.valleys import STEP, arcs_below_zero, valleys
+from wucht.numerics.angles import STEP, arcs_below_zero, valleys
 
 TURN, PI = 2 * math.pi, math.pi
 

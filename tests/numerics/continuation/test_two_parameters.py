@@ -11,7 +11,7 @@ from auto_demos import AB, LORENZ
 from symbolic_forms import forms, planar_lyapunov, tensor_lyapunov
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
-from wucht.numerics.continuation.normal_forms import bogdanov_takens_form, expansion, fold_form, hopf_form
+from wucht.numerics.continuation.two_parameters import bogdanov_takens_form, expansion, fold_form, hopf_form
 from wucht.system import System
 
 X, Y, P, Q = sp.symbols("x y p q", real=True)

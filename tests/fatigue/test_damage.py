@@ -1,14 +1,18 @@
 """Damage by hand, and by pyLife."""
 
+from __future__ import annotations
+
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pylife.strength import Fatigue
 from pylife.stress.collective import LoadCollective
 
 from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.rainflow_counting import rainflow
-from wucht.fatigue.woehler_line import WoehlerLine, slope_below
+from wucht.fatigue.counting import rainflow
+from wucht.fatigue.damage import AccumulatedDamage, WoehlerLine, slope_below
 
 K, ND, SD = 5.0, 2e6, 100.0
 RULES = ("original", "elementary", "haibach")
@@ -43,3 +47,25 @@ def test_against_pylife(miner):
 
 def test_no_cycles_do_no_damage():
     assert WoehlerLine(K, ND, SD, K).damages(Cycles.none()).sum() == 0
+
+
+LINE = WoehlerLine(k=5, ND=1e3, SD=2.0, k2=9)
+VALUES = st.lists(st.integers(-5, 5).map(float), max_size=60)
+
+
+@settings(max_examples=60, deadline=None)
+@given(pieces=st.lists(VALUES, max_size=5))
+def test_in_pieces_and_at_once(pieces):
+    damage = AccumulatedDamage(LINE)
+    for i, piece in enumerate(pieces):
+        damage = damage.after(np.array(piece))
+        history = np.array([x for one in pieces[: i + 1] for x in one])
+        assert damage.total == pytest.approx(LINE.damages(rainflow(history)).sum(), rel=1e-12)
+        assert len(damage.open_points) <= 2 * 11  # of eleven values: ranges that grow, then ranges that shrink
+
+
+def test_constant_amplitude_in_closed_form():
+    damage = AccumulatedDamage(LINE)
+    for _ in range(4):
+        damage = damage.after(np.array([4.0, -4.0] * 100))
+    assert damage.total == pytest.approx(399.5 * 2.0**5 / 1e3)

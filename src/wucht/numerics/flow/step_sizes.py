@@ -1,0 +1,78 @@
+"""How long steps may be: narrow transitions that Taylor's method sees from afar, and why so many steps were needed.
+
+A Taylor step knows of what lies ahead only what the coefficients at its beginning show. Those of tanh(u) decay with
+exp(-2 abs(u)): many widths away from u = 0 it is flat to the last bit, and a step may pass the whole transition without a
+trace. The logarithm of 1 + u^2 is steep nowhere, but singular at u = +-i, and its coefficients of order p decay with
+abs(u -+ i)^-p alone. heyoka's steps are accurate for the states and for all functions that are watched for events, relative to
+the largest of them. So for each tanh a function is watched that never has a zero: it holds a step to a part of the distance
+from the transition.
+
+What is stiff needs steps far shorter than its motion; what is only long needs many of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from wucht.numerics.flow.program import Program
+
+# The function stays below the states' size up to abs(u) of 1e6, so that it does not lower their accuracy; at any tolerance that
+# a question may have it is large enough to be felt.
+_WEIGHT = 1 / 32
+
+
+def arguments(program: Program) -> tuple[sp.Expr, ...]:
+    """What the program takes tanh of, in its lines' and states' symbols and constants."""
+    expressions = [*(e for _, e in program.lines), *program.results]
+    found = set[sp.Expr]().union(*({t.args[0] for t in e.atoms(sp.tanh)} for e in expressions))
+    return tuple(sorted(found, key=sp.default_sort_key))
+
+
+def sentinels(program: Program, variables: Sequence[Any], translate: Callable[[sp.Expr], Any]) -> list[Any]:
+    """The functions to be watched, as heyoka's expressions. translate: has seen the lines."""
+    import heyoka as hy
+
+    size = hy.sqrt(1.0 + hy.sum([s * s for s in variables]))
+    watched = [translate(u) for u in arguments(program)]
+    return [_WEIGHT * size * (1.0 + hy.log(1.0 + u * u)) for u in watched]
+
+
+def unheard(*_: Any) -> None:
+    """What happens at the zeros of a function that has none."""
+
+
+_STIFF = 20.0  # times as fast as the motion: what decays so fast keeps the steps short, though nothing of it is left
+_DIFFERENCE = 1e-6  # of a state, or of 1
+STIFF = (
+    "The machine is stiff (something in it decays {times:.2g} times as fast as anything moves): try engine = 'scipy-radau', or "
+    "look for a parameter that is off by a factor of thousands"
+)
+LONG = (
+    "The machine is not stiff, the time between samples is long (a step is {radians:.2g} rad of the fastest motion): ask for "
+    "more samples, or for a shorter run"
+)
+UNKNOWN = (
+    "If a turn or a vibration takes much longer than such a step, the machine is stiff: try engine = 'scipy-radau', or look "
+    "for a parameter that is off by a factor of thousands; else the run is long: ask for a shorter one"
+)
+
+
+def advice(rates: Callable[[np.ndarray], Sequence[float]], state: np.ndarray, angles: Sequence[int], step: float) -> str:
+    """What to try where steps of a size ran out in a state (n,). rates: of the states. angles: which of them are angles.
+
+    By the eigenvalues of the Jacobian there, and by how fast the angles change.
+    """
+    n = len(state)
+    apart = _DIFFERENCE * np.maximum(np.abs(state), 1.0)
+    pairs = [(rates(state + h * one), rates(state - h * one)) for h, one in zip(apart, np.eye(n), strict=True)]
+    jacobian = np.array([(np.array(up) - down) / (2 * h) for (up, down), h in zip(pairs, apart, strict=True)]).T
+    if not np.isfinite(jacobian).all():
+        return UNKNOWN
+    eigenvalues, turning = np.linalg.eigvals(jacobian), np.abs(np.array(rates(state))[list(angles)])
+    decay = float((-eigenvalues.real).max(initial=0.0))
+    motion = max(float(np.abs(eigenvalues.imag).max(initial=0.0)), float(turning.max(initial=0.0)), 1e-300)
+    return STIFF.format(times=decay / motion) if decay > _STIFF * motion else LONG.format(radians=step * motion)
