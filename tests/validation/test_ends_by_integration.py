@@ -45,8 +45,8 @@ def gap(plan: Plan, orbit: StoredOrbit, growth: float) -> float:
     system = plan.problem.system
     parameters = system.values({**plan.problem.values, plan.along.path: orbit.value})
     compiled = compile_system(system, 1e-13)
-    parts = [max(1, int(np.ceil((b - a) * orbit.period * growth))) for a, b in pairwise(orbit.edges)]
-    inner = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(orbit.edges), parts, strict=True)]
+    parts = [max(1, int(np.ceil((b - a) * orbit.period * growth))) for a, b in pairwise(orbit.mesh.edges)]
+    inner = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(orbit.mesh.edges), parts, strict=True)]
     tau = np.append(np.concatenate(inner), 1.0)
     places = orbit.mesh.at(orbit.states, tau)
     ends = [
@@ -62,7 +62,7 @@ def extents(orbit: StoredOrbit) -> np.ndarray:
 
 def distance(plan: Plan, orbit: StoredOrbit, equilibrium: np.ndarray) -> float:
     """From the nearest place of an orbit, angles but for whole turns."""
-    tau = np.unique(np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(orbit.edges)]))
+    tau = np.unique(np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(orbit.mesh.edges)]))
     away = orbit.mesh.at(orbit.states, tau) - equilibrium
     away -= np.where(plan.problem.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
     return float(np.linalg.norm(away / extents(orbit), axis=1).min())

@@ -126,8 +126,8 @@ def _case() -> EndingMapCase:
 
 def _ending(beta_r: float, sigma: float) -> OrbitEnding:
     case = _case()
-    there = case.motion.at({"beta_r": beta_r, "sigma": sigma}, "u")
-    return ending_at(there, "u", case.plane.bounds[0], (beta_r, sigma), lambda: None)
+    there = case.motion.at({"beta_r": beta_r, "sigma": sigma})
+    return ending_at(there, (beta_r, sigma), lambda: None)
 
 
 @pytest.mark.slow
@@ -147,7 +147,7 @@ def test_regions_beside_their_boundaries(beta_r: float, sigma: float, kind: str)
 @pytest.mark.slow
 def test_saddle_connection_of_the_middle_region() -> None:
     """Its value of u, at beta_r = 1.3 and sigma = 0.1, is between runs along the saddle's unstable manifold that differ."""
-    end = _ending(1.3, 0.1)
+    end = _ending(1.3, 0.1).end
     assert end.value == pytest.approx(6.1950292, rel=1e-6)
     system, values = _planar()
     rotates = []

@@ -15,7 +15,7 @@ from known_connections import BETWEEN, GOMPERTZ
 from wucht.dynamics.branches import ending_curves
 from wucht.dynamics.branches.ending_curves import BOTH, DOUBLE, RETURNS, TO_SADDLE, EndingCurve, EndingPoint, Plane
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
-from wucht.dynamics.branches.orbit_endings import OrbitEnding
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
@@ -26,12 +26,13 @@ from wucht.numerics.periodic.connection_starts import Waiting
 SPACE = {"x": (-1.0, 2.0), "y": (-1.0, 1.0)}
 EQUATIONS = wucht.OwnEquations(BETWEEN, {"p": 0.0, "mu": 0.0, "r": 0.0})
 PLANE = Plane(("p", "mu", "r"), ((-0.2, 0.2), (-0.3, 0.3), (-0.1, 0.1)))
+NO_END = OrbitEnd("", 0.0, "")
 
 
 @cache
 def motion() -> ModulatedMotion:
     states = SystemEquilibria.of(EQUATIONS, "p", PLANE.bounds[0], BranchSettings(ranges=SPACE))
-    return ModulatedMotion.of(EQUATIONS, "p", OrbitSettings(ranges=SPACE), states)
+    return ModulatedMotion.of(EQUATIONS, "p", PLANE.bounds[0], OrbitSettings(ranges=SPACE), states)
 
 
 @cache
@@ -248,7 +249,7 @@ def test_curves_are_followed_beyond_the_plane_on_the_same_side_of_zero() -> None
 def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
     """The curve through 0.1, 0.2, 0.3 (of mu), and the point at which one of its halves ends."""
     connections: Any = SimpleNamespace(backwards=lambda c: "back")
-    here, there = OrbitEnding(0.2, 0.0, "", 0.0, 0.0, ""), OrbitEnding(0.1, 0.0, "", 0.0, 0.0, "")
+    here, there = OrbitEnding(0.2, 0.0, 0.0, NO_END), OrbitEnding(0.1, 0.0, 0.0, NO_END)
     first = connection(0.2)
     halves = ([connection(0.1)], connection(at), "why"), ([connection(0.3)], None, "")
     looks = list[bool]()
@@ -275,7 +276,7 @@ def test_both_halves_and_the_point_at_which_one_ends_are_one_curve(monkeypatch: 
 
 
 def test_an_orbit_that_is_not_known_begins_no_curve() -> None:
-    here, there = OrbitEnding(0.2, 0.05, "", 0.0, 0.0, ""), OrbitEnding(0.1, 0.05, "", 0.0, 0.0, "")
+    here, there = OrbitEnding(0.2, 0.05, 0.0, NO_END), OrbitEnding(0.1, 0.05, 0.0, NO_END)
     found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
     assert found.lost == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to begin with",)
     assert found.curves == () and found.points == ()

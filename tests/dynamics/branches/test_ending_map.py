@@ -22,8 +22,8 @@ from wucht.dynamics.branches.ending_map import (
     passes_between,
     unexplained,
 )
-from wucht.dynamics.branches.first_orbits import SeedOrbit
-from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnding, ending_at
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion
+from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
@@ -93,13 +93,13 @@ def test_the_motions_end_at_a_saddle_or_at_a_saddle_node() -> None:
     for p in places:
         begin = (0.05 - fold_of(p.x, p.y)) ** 0.5
         assert p.begins == pytest.approx(-begin, abs=1e-9)
-        assert p.last is not None and p.period == p.last.period
+        assert p.end.last is not None
         if p.kind == SADDLE_NODE_ON_ORBIT:
-            assert p.value == pytest.approx(begin, abs=1e-9)
-            assert p.sentence == f"at p = {p.value:.7g} steady states appear on the orbit, a saddle-node"
+            assert p.end.value == pytest.approx(begin, abs=1e-9)
+            assert p.end.sentence == f"at p = {p.end.value:.7g} steady states appear on the orbit, a saddle-node"
         else:
-            assert begin + 0.01 < p.value < begin + 0.015
-            assert p.sentence == f"at p = {p.value:.7g} the orbit runs into a saddle"
+            assert begin + 0.01 < p.end.value < begin + 0.015
+            assert p.end.sentence == f"at p = {p.end.value:.7g} the orbit runs into a saddle"
 
 
 def test_where_it_runs_into_a_saddle_by_shooting() -> None:
@@ -115,8 +115,8 @@ def test_where_it_runs_into_a_saddle_by_shooting() -> None:
         return c - 2 * x + 2 * y + 2 * x**2, 2 * x + (-2 + mu) * y - 3 * x**2 + 3 * x * y + b * leaf
 
     ways = []
-    for p in (place.value - 1e-5, place.value + 1e-5):
-        c, x = 0.05 - p**2, place.equilibrium
+    for p in (place.end.value - 1e-5, place.end.value + 1e-5):
+        c, x = 0.05 - p**2, place.end.equilibrium
         for _ in range(20):
             fx = np.array([
                 [-2 + 4 * x[0], 2],
@@ -161,19 +161,23 @@ def test_stages_and_names_of_units() -> None:
     assert unexplained(case(), stages[-1]) == [] and len(unexplained(case(), stages[3])) == 2
 
 
+def there(bounds: tuple[float, float]) -> ModulatedMotion:
+    """At mu = 0.03, b = 0.15, with p within other bounds."""
+    motion = case().motion.at({"mu": 0.03, "b": 0.15})
+    return replace(motion, subject=replace(motion.subject, bounds=bounds))
+
+
 def test_a_place_at_which_no_stable_state_is_lost() -> None:
     """Between the folds, at p = -0.2234 and 0.2234, there are none."""
-    there = case().motion.at({"mu": 0.03, "b": 0.15}, "p")
-    found = ending_at(there, "p", (-0.2, 0.2), (0.03, 0.15), lambda: None)
+    found = ending_at(there((-0.2, 0.2)), (0.03, 0.15), lambda: None)
     assert (found.x, found.y, found.kind) == (0.03, 0.15, NONE) and np.isnan(found.begins)
-    assert found.sentence == "no stable state is lost in the range of p"
+    assert found.end.sentence == "no stable state is lost in the range of p"
 
 
 def test_a_motion_that_begins_as_the_parameter_falls_is_followed_down() -> None:
-    there = case().motion.at({"mu": 0.03, "b": 0.15}, "p")
-    found = ending_at(there, "p", (0.15, 0.4), (0.03, 0.15), lambda: None)
+    found = ending_at(there((0.15, 0.4)), (0.03, 0.15), lambda: None)
     assert found.begins == pytest.approx((0.05 - fold_of(0.03, 0.15)) ** 0.5, abs=1e-9)
-    assert (found.kind, found.value, found.sentence) == ("range", 0.15, "the range ends at p = 0.15")
+    assert (found.kind, found.end.value, found.end.sentence) == ("range", 0.15, "the range ends at p = 0.15")
 
 
 FOLDS = [SimpleNamespace(value=v, way=1) for v in (-1.0, 0.1, 0.2)]
@@ -184,45 +188,43 @@ def ending(monkeypatch: pytest.MonkeyPatch, born: list[Any], end: Any) -> OrbitE
     monkeypatch.setattr(orbit_endings, "lost_states", lambda _: FOLDS)
     orbits = iter(born)
 
-    def born_at(_: Any, __: str, ___: Any, fold: Any, sentences: list[str], ____: Any) -> Any:
+    def born_at(_: Any, fold: Any, sentences: list[str], ____: Any) -> Any:
         sentences.append("it settles")
         return next(orbits)
 
     monkeypatch.setattr(orbit_endings, "born_at", born_at)
     monkeypatch.setattr(orbit_endings, "followed_to_end", end)
-    monkeypatch.setattr(SeedOrbit, "of", lambda *_, **__: SimpleNamespace(period=7.0))
-    motion: Any = SimpleNamespace(steady=lambda *_: ())
-    return ending_at(motion, "p", (-1.0, 1.0), (3.0, 4.0), lambda: None)
+    motion: Any = SimpleNamespace(steady=lambda: (), subject=SimpleNamespace(path="p", bounds=(-1.0, 1.0)))
+    return ending_at(motion, (3.0, 4.0), lambda: None)
 
 
 def test_the_first_motion_that_can_be_followed_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    def end(_: Any, path: str, bounds: Any, seed: Any, way: int, watch: Any) -> Any:
+    def end(_: Any, seed: Any, way: int, watch: Any) -> Any:
         if seed == "short":
             raise RunError("lost on its way")
-        return "kind", 0.9, f"{seed} {way}", (None, None), np.ones(2)
+        return OrbitEnd("kind", 0.9, f"{seed} {way}")
 
     found = ending(monkeypatch, ["short", "long"], end)
-    assert (found.kind, found.begins, found.value, found.sentence) == ("kind", 0.2, 0.9, "long 1")
-    assert (found.x, found.y, found.period, found.equilibrium.tolist()) == (3.0, 4.0, 7.0, [1.0, 1.0])
+    assert (found.begins, found.end) == (0.2, OrbitEnd("kind", 0.9, "long 1", None, found.end.equilibrium))
+    assert (found.x, found.y) == (3.0, 4.0)
     none = ending(monkeypatch, [None, "short"], end)
-    assert (none.kind, none.begins, none.sentence) == (NONE, 0.1, "it settles; lost on its way")
+    assert (none.kind, none.begins, none.end.sentence) == (NONE, 0.1, "it settles; lost on its way")
 
 
 def test_a_run_begins_just_beyond_a_fold_and_nearer_if_that_is_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 0.01 and 0.002 of the range, on the side on which the state is gone, for 50 times its fastest decay."""
     tried: list[tuple[float, float]] = []
 
-    def near(_: Any, bounds: Any, value: float, state: Any, span: Any, watch: Any) -> Any:
+    def near(_: Any, value: float, state: Any, watch: Any, span: Any) -> Any:
         tried.append((value, span(state)))
         return SimpleNamespace(orbit=None, sentence=f"nothing at {value:g}")
 
     monkeypatch.setattr(orbit_endings, "orbit_near", near)
-    monkeypatch.setattr(orbit_endings, "replace", lambda subject, **_: subject)
-    motion: Any = SimpleNamespace(subject=None)
+    motion: Any = SimpleNamespace(subject=SimpleNamespace(bounds=(0.0, 1.0)))
     sentences = list[str]()
     for value, way in ((0.5, 1), (0.5, -1), (0.995, 1)):
         fold: Any = SimpleNamespace(value=value, way=way, state=np.zeros(2), fastest=2.0)
-        assert orbit_endings.born_at(motion, "p", (0.0, 1.0), fold, sentences, lambda: None) is None
+        assert orbit_endings.born_at(motion, fold, sentences, lambda: None) is None
     assert tried == [(pytest.approx(v), 25.0) for v in (0.51, 0.502, 0.49, 0.498, 0.997)]
     assert sentences[-1] == "nothing at 0.997"
 
@@ -233,7 +235,7 @@ def straight(x: float, low: float = -2.0, high: float = 2.0) -> EndingCurve:
 
 
 def at(x: float, y: float, kind: str) -> OrbitEnding:
-    return OrbitEnding(x, y, kind, 0.0, 0.0, "")
+    return OrbitEnding(x, y, 0.0, OrbitEnd(kind, 0.0, ""))
 
 
 def test_a_curve_crosses_the_way_between_two_places() -> None:
@@ -318,5 +320,5 @@ def test_a_place_that_fails_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(ending_map, "ending_at", fails)
     found = ending_map._ending(case(), (0.03, 0.15), partial(print))
-    assert (found.x, found.y, found.kind, found.sentence) == (0.03, 0.15, "failed", "the run fails")
-    assert np.isnan([found.begins, found.value]).all()
+    assert (found.x, found.y, found.kind, found.end.sentence) == (0.03, 0.15, "failed", "the run fails")
+    assert np.isnan([found.begins, found.end.value]).all()

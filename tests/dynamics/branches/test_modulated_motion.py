@@ -24,20 +24,24 @@ from wucht.dynamics.branches.modulated_motion import (
 )
 from wucht.dynamics.branches.orbit_curves import OrbitCurve, connection_curve
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, OrbitSide, RowCase, transverse_exponent
+from wucht.dynamics.branches.second_parameter import SecondParameter
+from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, transverse_exponent
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
 from wucht.errors import RunError
+from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.system import System
 
 X, Y, Z, P, Q, THETA = sp.symbols("x y z p q theta", real=True)
 
 
-def motion_of(system: System, values: dict[str, float], path: str, ranges: Any, **start: float) -> ModulatedMotion:
+def motion_of(
+    system: System, values: dict[str, float], path: str, ranges: Any, bounds: tuple[float, float] = (-1.0, 1.0), **start: float
+) -> ModulatedMotion:
     equations = wucht.OwnEquations(system, values)
     states = SystemEquilibria.of(equations, path, (-1.0, 1.0), BranchSettings(ranges=ranges))
-    return ModulatedMotion.of(equations, path, OrbitSettings(ranges=ranges, start=start), states)
+    return ModulatedMotion.of(equations, path, bounds, OrbitSettings(ranges=ranges, start=start), states)
 
 
 # x' = p + q x - x^3 folds at x = +-sqrt(q/3), p = -+2 (q/3)^(3/2); y decays fourfold as fast as x at most.
@@ -52,7 +56,7 @@ def cubic() -> ModulatedMotion:
 
 def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
     """First that which is lost as p grows: the lower one at x = -1/sqrt 3; from above the upper one. y decays with -8."""
-    up, down = lost_states(cubic().steady("p", (-1.0, 1.0)))
+    up, down = lost_states(cubic().steady())
     assert (up.value, up.way, down.value, down.way) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
     assert up.state == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.state == pytest.approx([3**-0.5, 0.0], abs=1e-6)
     assert (up.fastest, down.fastest) == (pytest.approx(8.0), pytest.approx(8.0))
@@ -61,7 +65,7 @@ def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
 def test_of_two_unstable_states_none_is_lost() -> None:
     system = System((X, Y), (P + Q * X - X**3, 8 * Y), (P, Q))
     motion = motion_of(system, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    steady = motion.steady("p", (-1.0, 1.0))
+    steady = motion.steady()
     assert [p.kind for b in steady for p in b.special] == ["fold", "fold"] and lost_states(steady) == []
 
 
@@ -71,7 +75,7 @@ def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int) -> N
     growth = sign * P - X**2 - Y**2
     system = System((X, Y), (growth * X - 2 * Y, 2 * X + growth * Y), (P,))
     motion = motion_of(system, {"p": 0.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    (lost,) = lost_states(motion.steady("p", (-1.0, 1.0)))
+    (lost,) = lost_states(motion.steady())
     assert (lost.value, lost.way, lost.fastest) == (pytest.approx(0.0, abs=1e-9), way, pytest.approx(2.0))
     assert lost.state == pytest.approx([4e-3, 2e-3], abs=1e-9)
 
@@ -81,7 +85,7 @@ def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) ->
     searched = list[list[float]]()
     monkeypatch.setattr(modulated_motion, "disconnected_branches", lambda _, values, __: searched.append(list(values)))
     for bounds in ((1.0, 100.0), (1.0, 10.0), (-1.0, 100.0)):
-        cubic().steady("p", bounds)
+        replace(cubic(), subject=replace(cubic().subject, bounds=bounds)).steady()
     wide, narrow, across = searched
     assert wide == pytest.approx([100**s for s in (0.001, 0.1, 0.3, 0.6, 0.999)])
     assert narrow == pytest.approx([1 + 9 * s for s in (0.001, 0.1, 0.3, 0.6, 0.999)])
@@ -90,30 +94,30 @@ def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_the_nearest_fold_of_a_branch() -> None:
     """From the saddle between both: at p = 0.1 the upper one, at -0.1 the lower; beyond it the parameter has passed it."""
-    upper = nearest_fold(cubic(), "p", (-1.0, 1.0), np.array([-0.1, 0.0]), 0.1)
+    upper = nearest_fold(cubic(), np.array([-0.1, 0.0]), 0.1)
     assert (upper.value, upper.way) == (pytest.approx(FOLD), 1) and upper.state[0] == pytest.approx(-(3**-0.5), abs=1e-6)
-    lower = nearest_fold(cubic(), "p", (-1.0, 1.0), np.array([0.1, 0.0]), -0.1)
+    lower = nearest_fold(cubic(), np.array([0.1, 0.0]), -0.1)
     assert (lower.value, lower.way, lower.fastest) == (pytest.approx(-FOLD), -1, pytest.approx(8.0))
-    after = nearest_fold(cubic(), "p", (-1.0, 1.0), np.array([1.2, 0.0]), 0.5)
+    after = nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5)
     assert (after.value, after.way) == (pytest.approx(FOLD), -1)
     with pytest.raises(RunError, match="the saddle has no fold over p"):
-        nearest_fold(cubic().at({"q": -1.0}), "p", (-1.0, 1.0), np.array([0.0, 0.0]), 0.0)
+        nearest_fold(cubic().at({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
 
 
 def test_sizes_and_limits_of_states() -> None:
     """Angles by a radian; others by their ranges, followed for 0.3 of them beyond."""
     system = System((THETA, X), (P - sp.sin(THETA), -X), (P,), angles=frozenset({THETA}))
-    motion = motion_of(system, {"p": 0.5}, "p", {"x": (-1.0, 3.0)})
+    motion = motion_of(system, {"p": 0.5}, "p", {"x": (-1.0, 3.0)}, (0.0, 2.0))
     assert motion.box.tolist() == [[0.0, -1.0], [2 * np.pi, 3.0]]
     assert motion.sizes({"p": 5.0}) == {"theta": 1.0, "x": 4.0, "p": 5.0}
-    equilibria = motion.equilibria("p", (0.0, 2.0))
+    equilibria = motion.equilibria
     assert {k: pytest.approx(v) for k, v in equilibria.limits.items()} == {1: (-2.2, 4.2)}
     assert equilibria.equations.scale.tolist() == [1.0, 4.0, 2.0] and equilibria.bounds == (0.0, 2.0)
     assert motion.lifted("an orbit") == "an orbit"  # type: ignore[arg-type, comparison-overlap]
 
 
 SEED = SeedOrbit(
-    np.array([0.0, 1.0]), 1, np.array([[1.0, 5.0], [2.0, 6.0]]), 4.0, 0.3, np.array([1, 0]), np.array([1.0, 10.0, 7.0]),
+    Mesh(np.array([0.0, 1.0]), 1), np.array([[1.0, 5.0], [2.0, 6.0]]), 4.0, 0.3, np.array([1, 0]), np.array([1.0, 10.0, 7.0]),
     np.empty(0), "", 40.0,
 )  # fmt: skip
 
@@ -140,10 +144,9 @@ def test_an_orbit_of_bodies_that_keep_together_as_one_of_all_equations() -> None
     low, high = starts.min(axis=0), starts.max(axis=0)
     assert (low >= [0, 0, 3]).all() and (high <= [2 * np.pi, 2 * np.pi, 9]).all() and (high[:2] > 4).all() and high[2] > 6
     assert starts[0] == pytest.approx([np.pi, 2 * np.pi / 3, 3 + 6 / 5])  # Halton's points in bases 2, 3, 5
-    there = motion.at({"b": 3.0}, "q")
-    assert (there.subject.values, there.subject.path) == ({"a": 1.0, "b": 3.0}, "q")
-    assert there.whole is not None and (there.whole.values, there.whole.path) == ({"a": 1.0, "b": 3.0}, "q")
-    assert motion.at({}).subject.path == "p"
+    there = motion.at({"b": 3.0})
+    assert there.subject.values == there.whole.values == {"a": 1.0, "b": 3.0}
+    assert motion.in_part and (there.subject.path, there.whole.path) == ("p", "p")
 
 
 def test_two_orbits_are_one_where_winding_and_period_agree() -> None:
@@ -155,14 +158,14 @@ def test_what_runs_from_several_starts_come_to(monkeypatch: pytest.MonkeyPatch) 
     """The start that is given, 1e-3 of the spread beside itself, then five others; each orbit once."""
     tried, come = list[Any](), iter(["rest", SEED, None, replace(SEED, period=4.001), replace(SEED, period=9.0), "rest"] * 2)
 
-    def near(subject: Any, bounds: Any, value: float, start: np.ndarray, span: Any, watch: Any) -> Any:
+    def near(subject: Any, value: float, start: np.ndarray, watch: Any) -> Any:
         tried.append((value, start))
         to = next(come)
         return SimpleNamespace(rests=to == "rest", orbit=to if isinstance(to, SeedOrbit) else None)
 
     motion = motion_of(CUBIC, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)}, x=0.5)
     monkeypatch.setattr(modulated_motion, "orbit_near", near)
-    first, second = reached_motions(motion, "p", (-1.0, 1.0), [0.2, 0.4], 7.0, lambda: None)
+    first, second = reached_motions(motion, [0.2, 0.4], 7.0, lambda: None)
     assert (first.x, first.y, first.runs, first.steady, first.unsettled) == (0.2, 7.0, 6, 2, 1)
     assert [o.period for o in first.orbits] == [4.0, 9.0] and second.x == 0.4
     assert [v for v, _ in tried] == [0.2] * 6 + [0.4] * 6
@@ -178,10 +181,10 @@ MU = (-0.05, 0.05)
 
 @cache
 def leaf_row() -> tuple[ModulatedMotion, OrbitRow]:
-    motion = motion_of(LEAF, {"c": 0.0, "mu": -0.02, "a": -1.0, "b": 0.0}, "mu", SPACE, x=0.6, y=0.2)
-    run = orbit_near(motion.subject, MU, -0.02, np.array([0.6, 0.2]), lambda _: 20.0, lambda: None)
+    motion = motion_of(LEAF, {"c": 0.0, "mu": -0.02, "a": -1.0, "b": 0.0}, "mu", SPACE, MU, x=0.6, y=0.2)
+    run = orbit_near(motion.subject, -0.02, np.array([0.6, 0.2]), lambda: None, lambda _: 20.0)
     assert run.orbit is not None
-    row = RowCase(motion, ("mu", "a"), MU, -1.0, lambda: None).row_through(replace(run.orbit, longest=5 * run.orbit.period))
+    row = RowCase(motion, "a", -1.0, lambda: None).row_through(replace(run.orbit, longest=5 * run.orbit.period))
     assert isinstance(row, OrbitRow)
     return motion, row
 
@@ -200,26 +203,26 @@ def test_a_row_that_ends_at_a_saddle_connection() -> None:
 def test_the_curve_of_saddle_connections_through_it() -> None:
     """mu = 0, for each a."""
     motion, row = leaf_row()
-    curve = connection_curve(motion, ("mu", "a"), (MU, (-1.4, -0.6)), row, row.sides[1])
+    curve = connection_curve(motion, SecondParameter("a", (-1.4, -0.6), -1.0), row, row.sides[1])
     assert isinstance(curve, OrbitCurve) and curve.kind == SADDLE_CONNECTION
     np.testing.assert_allclose(curve.x, 0.0, atol=1e-9)
     assert sorted(curve.y[[0, -1]]) == pytest.approx([-1.4, -0.6]) and len(set(np.sign(np.diff(curve.y)))) == 1
     nowhere = replace(row.sides[1], equilibrium=np.array([2 / 3, 0.0]))
-    assert isinstance(connection_curve(motion, ("mu", "a"), (MU, (-1.4, -0.6)), row, nowhere), str)
+    assert isinstance(connection_curve(motion, SecondParameter("a", (-1.4, -0.6), -1.0), row, nowhere), str)
 
 
 def test_a_neighbouring_row_is_begun_with_the_middle_of_this_one() -> None:
     """Followed from a = -1 to -1.1 at the same mu; not beyond where there is none, and at the same value it is the same."""
     motion, row = leaf_row()
-    there = RowCase(motion.at({"a": -1.1}), ("mu", "a"), MU, -1.1, lambda: None)
+    there = RowCase(motion.at({"a": -1.1}), "a", -1.1, lambda: None)
     seed = there.carried(row)
     assert seed is not None and seed.value == row.middle.value and seed.longest == row.middle.longest
     assert seed.period != pytest.approx(row.middle.period, rel=1e-3) and seed.scale is row.middle.scale
-    run = orbit_near(motion.at({"a": -1.1}).subject, MU, seed.value, np.array([0.6, 0.2]), lambda _: 20.0, lambda: None)
+    run = orbit_near(motion.at({"a": -1.1}).subject, seed.value, np.array([0.6, 0.2]), lambda: None, lambda _: 20.0)
     assert run.orbit is not None and seed.period == pytest.approx(run.orbit.period, rel=1e-6)
-    same = RowCase(motion, ("mu", "a"), MU, -1.0, lambda: None)
+    same = RowCase(motion, "a", -1.0, lambda: None)
     assert same.carried(row) is row.middle and same.carried(NoOrbit(-1.0, "")) is None and same.carried(None) is None
-    gone = RowCase(motion.at({"a": 1.0}), ("mu", "a"), MU, 1.0, lambda: None)
+    gone = RowCase(motion.at({"a": 1.0}), "a", 1.0, lambda: None)
     assert gone.carried(row) is None
 
 
@@ -227,7 +230,7 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
     """A row whose folds are at -2 (outside), 0.2, 0.4; what is born beyond them; what branches are asked for."""
     asked = list[Any]()
 
-    def born_at(_m: Any, _p: Any, _b: Any, lost: Any, sentences: list[str], _w: Any) -> Any:
+    def born_at(_m: Any, lost: Any, sentences: list[str], _w: Any) -> Any:
         sentences.append(f"nothing at {lost.value}")
         return born[lost.value]
 
@@ -239,8 +242,8 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
     monkeypatch.setattr(RowCase, "row_through", through)
     monkeypatch.setattr(state_rows, "lost_states", lambda _: [SimpleNamespace(value=v) for v in (-2.0, 0.2, 0.4)])
     monkeypatch.setattr(state_rows, "born_at", born_at)
-    motion: Any = SimpleNamespace(steady=lambda *_: ())
-    return RowCase(motion, ("p", "s"), (-1.0, 1.0), 7.0, lambda: None), asked
+    motion: Any = SimpleNamespace(steady=lambda: (), subject=SimpleNamespace(bounds=(-1.0, 1.0)))
+    return RowCase(motion, "s", 7.0, lambda: None), asked
 
 
 def test_a_row_begins_with_its_neighbour_or_where_a_state_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -270,15 +273,15 @@ def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPa
     def lost(*_: Any) -> None:
         raise RunError("lost on its way")
 
-    monkeypatch.setattr(RowCase, "_side", lost)
-    case = RowCase(leaf_row()[0], ("mu", "a"), MU, 3.0, lambda: None)
+    monkeypatch.setattr(state_rows, "followed_to_end", lost)
+    case = RowCase(leaf_row()[0], "a", 3.0, lambda: None)
     assert case.row_through(SEED) == NoOrbit(3.0, "lost on its way")
 
 
 def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:
     """In x' = y, y' = -x, z' = (p + x^2) z around r = 2: the integral of p + x^2 over a period, 2 pi (p + 2)."""
     system = System((X, Y, Z), (-Y, X, (P + X**2) * Z), (P,))
-    whole: Any = SimpleNamespace(system=system, fixed_beside=lambda *_: {})
+    whole: Any = SimpleNamespace(system=system, path="p", fixed_beside=lambda *_: {})
     e = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
     motion: Any = SimpleNamespace(whole=whole, subject=SimpleNamespace(embedding=e))
     angle = np.linspace(0, 2 * np.pi, 401)
@@ -286,17 +289,4 @@ def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:
         states=2 * np.array([np.cos(angle), np.sin(angle)]), parameter=-0.5,
         integral=lambda values: float(((values[1:] + values[:-1]) / 2 * np.diff(angle)).sum()),
     )  # fmt: skip
-    assert transverse_exponent(motion, "p")(cycle) == pytest.approx(2 * np.pi * 1.5, rel=1e-4)
-
-
-def test_the_ends_of_a_side_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As they were followed, each its way."""
-
-    def followed(_m: Any, path: str, bounds: Any, seed: Any, way: int, _w: Any) -> Any:
-        return f"kind {way}", 0.1 * way, "sentence", ("cycles", "cycle"), [1.0, 2.0]
-
-    monkeypatch.setattr(state_rows, "followed_to_end", followed)
-    monkeypatch.setattr(SeedOrbit, "of", lambda *given, **more: (given, more["both_ways"]))
-    made = RowCase(leaf_row()[0], ("mu", "a"), MU, 3.0, lambda: None)._side(SEED, -1)
-    assert isinstance(made, OrbitSide) and (made.kind, made.value, made.sentence) == ("kind -1", -0.1, "sentence")
-    assert made.last == (("cycles", "cycle", "the end of a branch"), True) and made.equilibrium.tolist() == [1.0, 2.0]
+    assert transverse_exponent(motion)(cycle) == pytest.approx(2 * np.pi * 1.5, rel=1e-4)

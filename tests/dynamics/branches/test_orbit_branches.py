@@ -140,7 +140,7 @@ def test_steady_states_that_are_refused() -> None:
 def test_orbits_that_cannot_be_reported_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     case, (branch,) = case_of(), followed().branches
     last = [o for o in branch.kept if not o.kind]
-    made = reported(case.problem, BOUNDS, branch.seed, [last[0]], -0.5)
+    made = reported(case.problem, branch.seed, [last[0]], -0.5)
     assert isinstance(made, str) and made.startswith("the orbit at p = -0.5 is not reported: neither Newton's method nor")
     monkeypatch.setattr(orbit_diagram, "reported", lambda *_: "not there")
     *_, findings = follow_orbits(case, Work())
@@ -157,7 +157,7 @@ def kept_at(p: float) -> StoredOrbit:
 def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch, begin: float, value: float) -> None:
     """Newton's method fails; upwards or downwards it is followed to the very value, not beyond a fold."""
     case, (branch,) = case_of(), followed().branches
-    cycles = cycles_of(case.problem, BOUNDS, branch.seed.winding, branch.seed.scale, 2 * branch.seed.longest)
+    cycles = cycles_of(case.problem, branch.seed.winding, branch.seed.scale, 2 * branch.seed.longest)
     corrected = single_orbits._corrected
 
     def fails(of: Any, orbit: StoredOrbit, at: float) -> Any:
@@ -177,7 +177,7 @@ def test_orbits_beside_a_value_the_nearest_first() -> None:
     a, b, c = (SimpleNamespace(value=v) for v in (0.0, 1.0, 0.4))
     row: Any = [a, b, c]
     assert near(row, 0.8) == [(b, a), (b, c)] and near(row, 0.3) == [(a, b)] and near(row, 1.0) == [(b,)]
-    assert isinstance(reported(case_of().problem, BOUNDS, followed().branches[0].seed, [kept_at(0.3)], 0.31), ReportedOrbit)
+    assert isinstance(reported(case_of().problem, followed().branches[0].seed, [kept_at(0.3)], 0.31), ReportedOrbit)
 
 
 @pytest.mark.parametrize(("ratio", "count"), [(1.0, 1), (1 + 1e-5, 2)])

@@ -11,8 +11,11 @@ import pytest
 import sympy as sp
 
 from wucht.dynamics.branches import orbit_endings
+from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.orbit_endings import enough, followed_to_end
+from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.errors import RunError
+from wucht.files.own_equations import OwnEquations
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.numerics.periodic.periods import PERIOD
@@ -44,7 +47,9 @@ def test_the_places_where_an_orbit_is_slow() -> None:
 
 @dataclass(frozen=True)
 class Subject:
-    path: str = ""
+    path: str = "p"
+    bounds: tuple[float, float] = BOUNDS
+    width: float = 1.0
 
 
 @dataclass
@@ -75,10 +80,10 @@ def met(monkeypatch: pytest.MonkeyPatch, saddle: Saddle, stays: bool = False) ->
     monkeypatch.setattr(orbit_endings, "of_cycle", of_cycle)
     monkeypatch.setattr(orbit_endings, "connections_of", lambda *rest: given.append(rest))
     equilibrium = SimpleNamespace(x=np.array([saddle.at, 0.0]), unstable=saddle.unstable, eigenvalues=np.array([1.0, -0.5]))
-    motion: Any = SimpleNamespace(equilibria=lambda *_: SimpleNamespace(start=lambda *_: 0, seen=lambda _: equilibrium))
+    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(start=lambda *_: 0, seen=lambda _: equilibrium))
     cycle: Any = SimpleNamespace(states=np.array([[0.0, 1.0], [0.0, 2.0]]), parameter=0.5, period=7.0)
     cycles: Any = SimpleNamespace(winding=np.array([1, 0]))
-    made = orbit_endings._connection(motion, "p", BOUNDS, cycles, cycle, np.zeros(2), stays)
+    made = orbit_endings._connection(motion, cycles, cycle, np.zeros(2), stays)
     if given:
         assert given[0][1:4] == (("p",), ((-1.0, 2.0),), pytest.approx(7.0 + 5.0 + 10.0))
     return None if made is None else (made[0], made[1].tolist())
@@ -106,9 +111,9 @@ def test_a_place_without_a_steady_state_is_no_saddle() -> None:
     def lost(*_: Any) -> None:
         raise RunError("none")
 
-    motion: Any = SimpleNamespace(equilibria=lambda *_: SimpleNamespace(start=lost, seen=lost))
+    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(start=lost, seen=lost))
     nothing: Any = SimpleNamespace(parameter=0.5)
-    assert orbit_endings._connection(motion, "p", BOUNDS, nothing, nothing, np.zeros(2), False) is None
+    assert orbit_endings._connection(motion, nothing, nothing, np.zeros(2), False) is None
 
 
 @pytest.mark.parametrize(
@@ -121,12 +126,17 @@ def test_a_place_without_a_steady_state_is_no_saddle() -> None:
 def test_the_fold_ahead(monkeypatch: pytest.MonkeyPatch, at: float, x: float, way: int, ahead: bool) -> None:
     """On the way on which the parameter changes, within 0.02 of the range, and within 0.2 of the orbit's size."""
     monkeypatch.setattr(orbit_endings, "fold_at", lambda _e, _x, values: (np.array([x, 0.0]), np.array([at])))
-    motion: Any = SimpleNamespace(equilibria=lambda *_: SimpleNamespace(equations=None))
+    motion: Any = SimpleNamespace(subject=Subject(), equilibria=SimpleNamespace(equations=None))
     cycle: Any = SimpleNamespace(states=np.array([[0.0, 1.0], [0.0, 2.0]]), parameter=0.5)
-    found = orbit_endings._ahead(motion, "p", BOUNDS, cycle, np.zeros(2), way)
+    found = orbit_endings._ahead(motion, cycle, np.zeros(2), way)
     assert (found is not None) == ahead
     if found is not None:
         assert (found[0].tolist(), found[1]) == ([x, 0.0], at)
+
+
+def motion_of(system: System, bounds: tuple[float, float]) -> Any:
+    of = OwnEquations(system, {"p": 1.0}, "equations")
+    return SimpleNamespace(subject=OrbitProblem.of(of, "p", bounds, OrbitSettings()))
 
 
 CIRCLE = System((X, Y), ((P - X**2 - Y**2) * X - Y, (P - X**2 - Y**2) * Y + X), (P,))
@@ -136,11 +146,10 @@ def test_whether_the_motion_goes_on_beyond_a_fold() -> None:
     """r' = r (p - r^2): a run turns on at p = 0.25, and settles at -0.25. It is not looked at outside the range."""
     angle = np.linspace(0, 2 * np.pi, 41)
     cycle: Any = SimpleNamespace(states=np.array([np.cos(angle), np.sin(angle)]), period=2 * np.pi)
-    motion: Any = SimpleNamespace(subject=SimpleNamespace(system=CIRCLE, values={"p": 1.0}))
-    bounds, place = (-0.5, 0.5), np.array([1.0, 0.0])
+    motion, place = motion_of(CIRCLE, (-0.5, 0.5)), np.array([1.0, 0.0])
     survives = orbit_endings._survives
-    assert survives(motion, "p", bounds, cycle, place, 0.25) and not survives(motion, "p", bounds, cycle, place, -0.25)
-    assert not survives(motion, "p", bounds, cycle, place, 0.5) and not survives(motion, "p", bounds, cycle, place, 0.6)
+    assert survives(motion, cycle, place, 0.25) and not survives(motion, cycle, place, -0.25)
+    assert not survives(motion, cycle, place, 0.5) and not survives(motion, cycle, place, 0.6)
 
 
 def test_that_run_begins_away_from_the_fold() -> None:
@@ -148,10 +157,10 @@ def test_that_run_begins_away_from_the_fold() -> None:
     square = X**2 + Y**2
     growth = P + 2 * square - square**2
     system = System((X, Y), (growth * X - Y, growth * Y + X), (P,))
-    motion: Any = SimpleNamespace(subject=SimpleNamespace(system=system, values={"p": 1.0}))
+    motion = motion_of(system, (-1.0, 1.0))
     cycle: Any = SimpleNamespace(states=np.array([[0.0, 1.2, 0.1], [0.5, 0.1, -0.1]]), period=2 * np.pi)
-    assert orbit_endings._survives(motion, "p", (-1.0, 1.0), cycle, np.array([0.1, 0.0]), -0.5)
-    assert not orbit_endings._survives(motion, "p", (-1.0, 1.0), cycle, np.array([1.2, 0.1]), -0.5)
+    assert orbit_endings._survives(motion, cycle, np.array([0.1, 0.0]), -0.5)
+    assert not orbit_endings._survives(motion, cycle, np.array([1.2, 0.1]), -0.5)
 
 
 @dataclass(frozen=True)
@@ -183,7 +192,7 @@ def end_of(
         looked.append(cycle.period)
         return [1, 2]
 
-    def ahead(_m: Any, _p: Any, _b: Any, cycle: Orbit, place: int, way_: int) -> Any:
+    def ahead(_m: Any, cycle: Orbit, place: int, way_: int) -> Any:
         assert way_ == way
         return (np.array([place]), fold) if fold is not None and place == 2 else None
 
@@ -194,21 +203,21 @@ def end_of(
 
     monkeypatch.setattr(orbit_endings, "cycles_through", lambda *_: (cycles, start))
     monkeypatch.setattr(orbit_endings, "_slow_places", slow_places)
-    monkeypatch.setattr(
-        orbit_endings, "_connection", lambda _m, _p, _b, _c, cycle, place, stays: met and met(cycle, place, stays)
-    )
+    monkeypatch.setattr(orbit_endings, "_connection", lambda _m, _c, cycle, place, stays: met and met(cycle, place, stays))
     monkeypatch.setattr(orbit_endings, "_ahead", ahead)
     monkeypatch.setattr(orbit_endings, "branch_end", branch_end)
 
-    def survive(_m: Any, _p: Any, _b: Any, _c: Any, place: np.ndarray, value: float) -> bool:
+    def survive(_m: Any, _c: Any, place: np.ndarray, value: float) -> bool:
         assert fold is not None and value == pytest.approx(fold + way * 1e-4) and place.tolist() == [2]
         return survives
 
     monkeypatch.setattr(orbit_endings, "_survives", survive)
     motion: Any = SimpleNamespace(subject=Subject())
     seed: Any = None
-    kind, value, _, (_, last), _ = followed_to_end(motion, "p", BOUNDS, seed, way, lambda: None)
-    return kind, value, last.period, looked  # type: ignore[attr-defined]
+    monkeypatch.setattr(SeedOrbit, "of", lambda _cycles, last, _begun, both_ways: last)
+    end = followed_to_end(motion, seed, way, lambda: None)
+    assert end.last is not None
+    return end.kind, end.value, end.last.period, looked
 
 
 def test_an_end_is_looked_for_where_the_period_has_grown(monkeypatch: pytest.MonkeyPatch) -> None:

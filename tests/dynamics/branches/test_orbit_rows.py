@@ -11,40 +11,40 @@ import pytest
 
 from wucht.dynamics.branches import state_rows
 from wucht.dynamics.branches.first_orbits import SeedOrbit
-from wucht.dynamics.branches.orbit_endings import NONE
-from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide, RowCase
+from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnd
+from wucht.dynamics.branches.state_rows import OrbitRow, RowCase
+from wucht.numerics.collocation.mesh import Mesh
 
-SEED = SeedOrbit(np.array([0.0, 1.0]), 2, np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
+SEED = SeedOrbit(Mesh(np.array([0.0, 1.0]), 2), np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
 
 
 @dataclass(frozen=True)
 class Subject:
     """Of a section of two states of three."""
 
-    path: str
+    width: float
     embedding: np.ndarray
 
 
 def orbit(value: float, kind: str = "", unstable: int = 0) -> Any:
-    mesh = SimpleNamespace(edges=SEED.edges, degree=SEED.degree)
     return SimpleNamespace(
         parameter=value, kind=kind, unstable=unstable, trusted=True, period=4.0, states=np.full((2, 3), value),
-        problem=SimpleNamespace(mesh=mesh),
+        problem=SimpleNamespace(mesh=SEED.mesh),
     )  # fmt: skip
 
 
 @pytest.fixture
 def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
     """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23."""
-    sides = {way: OrbitSide(NONE, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
+    sides = {way: OrbitEnd(NONE, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
     walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
     cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
-    monkeypatch.setattr(RowCase, "_side", lambda _self, _seed, way: sides[way])
+    monkeypatch.setattr(state_rows, "followed_to_end", lambda _motion, _seed, way, _watch: sides[way])
     monkeypatch.setattr(RowCase, "_within", lambda _self, _seed, _value: SEED)
     monkeypatch.setattr(state_rows, "cycles_through", lambda *_: (cycles, orbit(0.3)))
-    monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion, _path: lambda cycle: cycle.parameter - 0.23)
-    motion: Any = SimpleNamespace(subject=Subject("s", np.zeros((3, 2))), lifted=lambda seed: seed)
-    made = RowCase(motion, ("p", "s"), (0.0, 1.0), 7.0, lambda: None).row_through(SEED)
+    monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion: lambda cycle: cycle.parameter - 0.23)
+    motion: Any = SimpleNamespace(subject=Subject(1.0, np.zeros((3, 2))), lifted=lambda seed: seed)
+    made = RowCase(motion, "s", 7.0, lambda: None).row_through(SEED)
     assert isinstance(made, OrbitRow)
     return made
 

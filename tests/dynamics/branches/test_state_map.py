@@ -129,14 +129,15 @@ def test_a_motion_at_other_values() -> None:
     there = case_of().motion_at(0.9)
     assert (there.subject.values["s"], there.subject.values["p"], there.subject.path) == (0.9, 0.1, "p")
     row = case_of().orbits_at(0.9, lambda: None)
-    assert (row.second, row.bounds, row.paths, row.motion.subject.values["s"]) == (0.9, (-0.6, 0.5), ("p", "s"), 0.9)
+    assert (row.second, row.path, row.motion.subject.values["s"]) == (0.9, "s", 0.9)
+    assert row.motion.subject.bounds == (-0.6, 0.5)
 
 
 def test_a_special_orbit_whose_curve_cannot_be_followed_is_said() -> None:
     """A fold where the branch has none: it is not on it."""
     row = mapped()[-1].orbit_rows[0]
     wrong = replace(row.special[0], value=-0.05)
-    made = orbit_curve(case_of().motion_at(row.second), ("p", "s"), PLANE, row, wrong)
+    made = orbit_curve(case_of().motion_at(row.second), case_of().second(row.second), row, wrong)
     assert made == "the special orbit was not found again"
 
 
@@ -155,7 +156,7 @@ def row_at(second: float, *special: tuple[str, float], sides: tuple[Any, ...] = 
 def bare(cells: int = 3, rows: Callable[..., Any] | None = None) -> Any:
     """A plane from 0 to 1 and 0 to 3, in which rows of motions are made by a function of the value and how they begin."""
     made: Any = replace(
-        case_of(), bounds=((0.0, 1.0), (0.0, 3.0)), cells=cells, motion=SimpleNamespace(whole=None, at=lambda *_: "there")
+        case_of(), bounds=((0.0, 1.0), (0.0, 3.0)), cells=cells, motion=SimpleNamespace(in_part=False, at=lambda *_: "there")
     )
     if rows is not None:
 
@@ -204,7 +205,7 @@ def curves_of(
     asked = list[Any]()
 
     def through(kind: str) -> Any:
-        def make(there: Any, paths: Any, bounds: Any, row: Any, special: Any) -> Any:
+        def make(there: Any, second: Any, row: Any, special: Any) -> Any:
             asked.append((kind, special.kind, special.value))
             return made
 
@@ -288,7 +289,7 @@ def test_motions_that_runs_reach_and_no_row_has_are_followed(monkeypatch: pytest
 
 def test_where_bodies_keep_together_no_further_motions_are_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     findings = StateFindings(reached=(reached(0.4, 1.5, 3),))
-    together: Any = replace(bare(), motion=SimpleNamespace(whole="all equations"))
+    together: Any = replace(bare(), motion=SimpleNamespace(in_part=True))
     assert finished(state_map._further_orbits(together, findings, Work())) == ([], findings)
 
 
@@ -365,8 +366,8 @@ def test_runs_are_reported_between_curves_and_orbits(monkeypatch: pytest.MonkeyP
     """From 0.3 to 0.5 of the work, row by row, each at the centres of all cells."""
     asked, reports = list[Any](), list[tuple[float, str]]()
 
-    def reach(_: Any, path: str, bounds: Any, values: list[float], second: float, watch: Any) -> tuple[Any, ...]:
-        asked.append((path, bounds, [round(v, 3) for v in values], second))
+    def reach(_: Any, values: list[float], second: float, watch: Any) -> tuple[Any, ...]:
+        asked.append(([round(v, 3) for v in values], second))
         return (second,)
 
     monkeypatch.setattr(state_map, "reached_motions", reach)
@@ -374,7 +375,7 @@ def test_runs_are_reported_between_curves_and_orbits(monkeypatch: pytest.MonkeyP
         state_map._runs(bare(), StateFindings(), Work(reporter=lambda share, what: reports.append((share, what))))
     )
     assert last.reached == (0.5, 1.5, 2.5) and len(stages) == 3
-    assert asked == [("p", (0.0, 1.0), [0.167, 0.5, 0.833], y) for y in (0.5, 1.5, 2.5)]
+    assert asked == [([0.167, 0.5, 0.833], y) for y in (0.5, 1.5, 2.5)]
     assert [share for share, _ in reports] == pytest.approx([0.3, 0.3 + 0.2 / 3, 0.3 + 0.4 / 3])
     assert reports[0][1] == "runs from several starts at s = 0.5"
 
@@ -383,8 +384,8 @@ def test_curves_of_orbits_are_those_of_all_equations(monkeypatch: pytest.MonkeyP
     """Where bodies keep together, too: so is the orbit from which they are begun, up to eight times the period."""
     asked = list[Any]()
 
-    def through(subject: Any, bounds: Any, seed: Any) -> None:
-        asked.append((subject.system, subject.path, bounds, seed.longest))
+    def through(subject: Any, seed: Any) -> None:
+        asked.append((subject.system, subject.path, subject.bounds, seed.longest))
         raise RunError("enough")
 
     motion, row = case_of().motion_at(0.7), mapped()[-1].orbit_rows[0]
@@ -392,6 +393,6 @@ def test_curves_of_orbits_are_those_of_all_equations(monkeypatch: pytest.MonkeyP
         motion.subject, system=System(FORM.states, (*FORM.derivatives[:1], FORM.derivatives[1] + P), FORM.parameters)
     )
     monkeypatch.setattr(orbit_curves, "cycles_through", through)
-    for whole, system in ((other, other.system), (None, motion.subject.system)):
-        assert orbit_curve(replace(motion, whole=whole), ("p", "s"), PLANE, row, row.special[0]) == "enough"
-        assert asked.pop() == (system, "p", PLANE[0], 8.0 * row.special[0].period)
+    for whole in (other, motion.subject):
+        assert orbit_curve(replace(motion, whole=whole), case_of().second(0.7), row, row.special[0]) == "enough"
+        assert asked.pop() == (whole.system, "p", PLANE[0], 8.0 * row.special[0].period)

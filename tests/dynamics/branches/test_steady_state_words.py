@@ -74,7 +74,7 @@ def test_a_phase_with_units_is_in_radians() -> None:
 def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> None:
     """Of a machine from 0.02 to 1.15 of its fastest speed."""
     machine, states = load_machine(TABLE), table()
-    motion = ModulatedMotion.of(machine, "u", OrbitSettings(together=True), states)
+    motion = ModulatedMotion.of(machine, "u", states.bounds, OrbitSettings(together=True), states)
     turning, fastest = motion.subject.turning, states.size_of_shown
     assert motion.box[:, turning].tolist() == [[0.0] * turning.sum(), [2 * np.pi] * turning.sum()]
     np.testing.assert_allclose(motion.box[:, ~turning].T, [[0.02 * fastest, 1.15 * fastest]] * (~turning).sum())
@@ -182,8 +182,8 @@ def test_a_run_that_fails_is_said_and_one_that_has_not_settled_goes_on(
     monkeypatch.setattr(first_orbits, "rests", lambda _: False)
     monkeypatch.setattr(first_orbits, "recurrence", lambda *_: SimpleNamespace(turns=np.zeros(1, int), period=0.5))
     monkeypatch.setattr(first_orbits, "cycle_near", lost)
-    problem = OrbitProblem.of(CUSP, "p", OrbitSettings())
-    made = orbit_near(problem, (-1.0, 1.0), 0.25, np.zeros(1), lambda _: 10.0, lambda: None, runs=3)
+    problem = OrbitProblem.of(CUSP, "p", (-1.0, 1.0), OrbitSettings())
+    made = orbit_near(problem, 0.25, np.zeros(1), lambda: None, lambda _: 10.0, runs=3)
     assert made.orbit is None and not made.rests
     if fails is None:
         assert spans == [10.0, 0.5, 20.0, 0.5, 40.0, 0.5]

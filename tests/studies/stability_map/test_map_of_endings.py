@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches import ending_curves
+from wucht.dynamics.branches import orbit_endings
 from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, Plane, curves_between
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
-from wucht.dynamics.branches.orbit_endings import OrbitEnding
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.stability_map.ending_plan import EndingPlan
@@ -22,7 +22,7 @@ LINE = EndingCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.fu
 
 
 def place(x: float, y: float, kind: str, **more: Any) -> OrbitEnding:
-    return OrbitEnding(x, y, kind, 0.12, 0.18, "", **more)
+    return OrbitEnding(x, y, 0.12, OrbitEnd(kind, 0.18, "", **more))
 
 
 def parts(*curves: EndingCurve, complete: bool = True) -> MapParts:
@@ -54,32 +54,33 @@ def test_without_one_it_is_said_that_none_was_found() -> None:
 
 @pytest.mark.parametrize("other", [(17.5, 1.0), (12.5, -1.0)])
 def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.MonkeyPatch, other: tuple[float, float]) -> None:
-    """At the place whose orbit ends at a connection, over the third parameter's own range, in orbits and steady states."""
+    """At the place whose orbit ends at a connection, in orbits and steady states."""
     asked: list[tuple[Any, ...]] = []
 
     class Asked:
         subject = "the equations there"
 
-        def at(self, values: dict[str, float], path: str) -> Asked:
-            asked.append(("at", values, path))
+        def at(self, values: dict[str, float]) -> Asked:
+            asked.append(("at", values))
             return self
 
-        def equilibria(self, path: str, bounds: tuple[float, float]) -> None:
-            asked.append(("states", path, bounds))
+        @property
+        def equilibria(self) -> None:
+            asked.append(("states",))
             raise RunError("enough was asked")
 
-    def through(_: Any, bounds: Any, seed: Any) -> tuple[None, None]:
-        asked.append(("orbits", bounds, seed.winding, seed.scale, seed.longest))
+    def through(subject: Any, seed: Any) -> tuple[None, None]:
+        asked.append(("orbits", subject, seed.winding, seed.scale, seed.longest))
         return None, None
 
-    monkeypatch.setattr(ending_curves, "cycles_through", through)
+    monkeypatch.setattr(orbit_endings, "cycles_through", through)
     seed: Any = SimpleNamespace(winding="winding", scale="scale", longest="longest")
     connected = place(12.5, 1.0, SADDLE_CONNECTION, last=seed, equilibrium=np.zeros(2))
     motion: Any = Asked()
     found = curves_between(motion, PLANE, connected, place(*other, SADDLE_NODE_ON_ORBIT), lambda _: None)
     assert found.lost == ("near x = 12.5, y = 1: enough was asked",)
     assert asked == [
-        ("at", {"x": 12.5, "y": 1.0}, "p"),
-        ("orbits", (0.1, 0.2), "winding", "scale", "longest"),
-        ("states", "p", (0.1, 0.2)),
+        ("at", {"x": 12.5, "y": 1.0}),
+        ("orbits", "the equations there", "winding", "scale", "longest"),
+        ("states",),
     ]

@@ -16,10 +16,10 @@ from tests.refusals import refused
 from wucht.dynamics.branches.ending_curves import DOUBLE, RETURNS, EndingCurve, EndingPoint
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
-from wucht.dynamics.branches.orbit_endings import OrbitEnding
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.second_parameter import BifurcationCurve, Crossing
 from wucht.dynamics.branches.state_map import StateFindings
-from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide, SteadyRow
+from wucht.dynamics.branches.state_rows import OrbitRow, SteadyRow
 from wucht.dynamics.branches.steady_states import Kind
 from wucht.dynamics.work import Work
 from wucht.files.own_equations import OwnEquations
@@ -57,7 +57,7 @@ def labels(result: xr.Dataset) -> list[str]:
 
 
 def orbits(second: float, kind: str, low: float, high: float, stable: bool = True) -> OrbitRow:
-    sides = OrbitSide(kind, low, "", NONE, NONE), OrbitSide(RANGE, high, "", NONE, NONE)
+    sides = OrbitEnd(kind, low, ""), OrbitEnd(RANGE, high, "")
     return OrbitRow(second, sides, np.array([low, high]), np.array([stable, stable]), (), NONE, NONE)
 
 
@@ -224,7 +224,7 @@ def endings(kinds: list[str], *curves: EndingCurve, **other: Any) -> tuple[Any, 
     assert subject is OWN and cells == 2
     assert (plane.paths, plane.bounds) == (("s", "p", "r"), ((0.0, 1.0), (-2.0, 2.0), (-1.0, 3.0)))
     at = [(x, y) for y in (0.0, 2.0) for x in (-1.0, 1.0)]
-    places = tuple(OrbitEnding(x, y, kind, 0.25, 0.75, "") for (x, y), kind in zip(at, kinds, strict=True))
+    places = tuple(OrbitEnding(x, y, 0.25, OrbitEnd(kind, 0.75, "")) for (x, y), kind in zip(at, kinds, strict=True))
     found = EndingFindings(**{"places": places, "curves": curves, "complete": False} | other)
     return made, titled(STUDY.dataset(made, found), dimensionless=True)
 

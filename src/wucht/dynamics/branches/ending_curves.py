@@ -15,13 +15,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, nearest_fold
-from wucht.dynamics.branches.orbit_branches import cycles_through
-from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_of, enough
+from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_at, connections_of
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.numerics.periodic.connection import SADDLE_NODE, Connection
 from wucht.numerics.periodic.connection_starts import beyond, longer, of_cycle, rest_of, saddle_node_of, waiting
+from wucht.numerics.periodic.connection import Connection
+from wucht.numerics.periodic.connection_ends import SADDLE_NODE
+from wucht.numerics.periodic.connection_starts import beyond, longer, rest_of, saddle_node_of, waiting
+from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.periodic.saddle_connections import Connections
 
 RETURNS, BOTH, TO_SADDLE = "returns-to-saddle-node", "both-pairs-vanish", "saddle-node-to-saddle"
@@ -85,6 +88,10 @@ class Plane:
             return (max(low - room, low / 10) if low > 0 else low - room, high + room)
 
         return (self.bounds[0], wide(*self.bounds[1]), wide(*self.bounds[2]))
+
+    def at(self, motion: ModulatedMotion, x: float, y: float) -> ModulatedMotion:
+        """The motion at a place of the plane."""
+        return motion.at(dict(zip(self.paths[1:], (x, y), strict=True)))
 
     def inside(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Which points lie in the plane."""
@@ -158,18 +165,9 @@ def _cut(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
 
 def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding) -> tuple[Connections, Connection]:
     """The connection of a saddle-node at which the saddle connections between two places end."""
-    if connected.last is None or not len(connected.equilibrium):
-        raise RunError("the orbit's end is not known well enough to begin with")
-    eliminated, along = plane.paths[0], 1 if connected.x != other.x else 2
-    here = motion.at(dict(zip(plane.paths[1:], (connected.x, connected.y), strict=True)), eliminated)
-    seed = connected.last
-    _, cycle = cycles_through(here.subject, plane.bounds[0], seed)
-    paths, start = (eliminated, plane.paths[along]), (connected.x, connected.y)[along - 1]
-    bounds = (plane.wider[0], plane.wider[along])
-    saddle = here.equilibria(eliminated, plane.bounds[0])
-    rates = saddle.seen(saddle.start(connected.equilibrium, connected.value)).eigenvalues
-    connections = connections_of(here, paths, bounds, enough(cycle.period, rates), seed.winding)
-    first = of_cycle(connections, cycle, connected.equilibrium, np.array([cycle.parameter, start]))
+    along = 1 if connected.x != other.x else 2
+    here, start = plane.at(motion, connected.x, connected.y), (connected.x, connected.y)[along - 1]
+    connections, first = connections_at(here, plane.paths[along], plane.wider[along], connected.end, start)
     towards = (other.x, other.y)[along - 1] - start
     grows = first.point.tangent[-1] * towards > 0
     walk = connections.walk(first if grows else connections.backwards(first))
@@ -179,14 +177,14 @@ def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other:
     if walk.end != SADDLE_NODE:
         raise RunError(f"the saddle connection does not come to a saddle-node: {walk.end}")
     value, moved = last.parameters[:2].tolist()
-    there = here.at({plane.paths[along]: moved}, eliminated)
-    fold = nearest_fold(there, eliminated, plane.bounds[0], last.equilibria[0], value)
-    whole = connections_of(here, plane.paths, plane.wider, connections.time, seed.winding, (True,))
+    fold = nearest_fold(here.at({plane.paths[along]: moved}), last.equilibria[0], value)
+    winding = connections.winding
+    whole = connections_of(here, plane.paths, plane.wider, connections.time, winding, (True,))
     values = np.array([fold.value, connected.x, connected.y])
     values[along] = moved
     short = saddle_node_of(whole, last, fold.state, values)
     # Towards the end of the curve the orbit waits longer and longer elsewhere: that takes time too.
-    whole = connections_of(here, plane.paths, plane.wider, _SPARE * connections.time, seed.winding, (True,))
+    whole = connections_of(here, plane.paths, plane.wider, _SPARE * connections.time, winding, (True,))
     return whole, longer(whole, short)
 
 

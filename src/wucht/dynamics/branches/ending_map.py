@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -11,7 +12,7 @@ import numpy as np
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase
 from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, EndingPoint, Plane, curves_between
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
-from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import cell_centres, regions
 from wucht.dynamics.branches.steady_states import BranchSettings
@@ -50,7 +51,7 @@ class EndingMapCase:
         third, along, second = plane.paths
         middle = with_parameters(subject, {second: sum(plane.bounds[2]) / 2})
         states = BranchCase.of(middle, along, plane.bounds[1], settings).states
-        motion = ModulatedMotion.of(subject, third, orbits, states)
+        motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, states)
         motion.refuse_idle({"along": along, "second": second, "eliminate": third})
         return cls(plane, motion, cells, states.words.warnings)
 
@@ -104,12 +105,10 @@ def _place(case: EndingMapCase, work: Work, place: tuple[float, float], share: f
 
 
 def _ending(case: EndingMapCase, place: tuple[float, float], watch: partial[None]) -> OrbitEnding:
-    path, bounds = case.plane.paths[0], case.plane.bounds[0]
-    there = case.motion.at(dict(zip(case.plane.paths[1:], place, strict=True)), path)
     try:
-        return ending_at(there, path, bounds, place, watch)
+        return ending_at(case.plane.at(case.motion, *place), place, watch)
     except WuchtError as error:
-        return OrbitEnding(*place, "failed", float("nan"), float("nan"), str(error))
+        return OrbitEnding(*place, math.nan, OrbitEnd("failed", math.nan, str(error)))
 
 
 def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:

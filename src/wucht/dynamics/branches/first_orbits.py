@@ -22,6 +22,7 @@ from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.periods import equilibrium_equations
 from wucht.numerics.recurrence import recurrence, rests
+from wucht.system import System
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
 _GROWS = 30.0  # so much longer the next run is at most: near a steady state rates tell nothing of the time that is needed
@@ -40,13 +41,12 @@ _TOLERANCE = 1e-10
 class SeedOrbit:
     """An orbit from which a branch is followed.
 
-    edges (N+1,): of its mesh, of a degree. states (K, n) at its nodes. period, value. winding (n,). scale (n+1,): of states and
-    parameter. towards: of all unknowns, the direction in which the branch is followed, empty where both ways are. begun: where
-    it is from. longest: the period up to which it is followed.
+    states (K, n): at the nodes of its mesh. winding (n,). scale (n+1,): of states and parameter. towards: of all unknowns, the
+    direction in which the branch is followed, empty where both ways are. begun: where it is from. longest: the period up to
+    which it is followed.
     """
 
-    edges: np.ndarray
-    degree: int
+    mesh: Mesh
     states: np.ndarray
     period: float
     value: float
@@ -56,19 +56,13 @@ class SeedOrbit:
     begun: str
     longest: float
 
-    @property
-    def mesh(self) -> Mesh:
-        """Its mesh."""
-        return Mesh(self.edges, self.degree)
-
     @classmethod
     def of(cls, cycles: Cycles, cycle: Cycle, begun: str, both_ways: bool) -> SeedOrbit:
         """An orbit as one."""
-        mesh, n = cycle.problem.mesh, cycle.problem.n
-        scale = np.delete(cycles.equations.scale, n)
+        scale = np.delete(cycles.equations.scale, cycle.problem.n)
         towards = np.empty(0) if both_ways else cycle.point.tangent
         return cls(
-            mesh.edges, mesh.degree, cycle.states.T, cycle.period, cycle.parameter, cycles.winding, scale, towards, begun,
+            cycle.problem.mesh, cycle.states.T, cycle.period, cycle.parameter, cycles.winding, scale, towards, begun,
             cycles.periods[1],
         )  # fmt: skip
 
@@ -83,32 +77,27 @@ class SettlingRun:
     rests: bool = False
 
 
-def cycles_of(
-    subject: OrbitProblem, bounds: tuple[float, float], winding: np.ndarray, scale: np.ndarray, longest: float
-) -> Cycles:
+def cycles_of(subject: OrbitProblem, winding: np.ndarray, scale: np.ndarray, longest: float) -> Cycles:
     """The branches of a winding (n,). scale (n+1,): of states and parameter."""
     system, path = subject.system, subject.path
     sizes = dict(zip((*system.state_names, path), scale.tolist(), strict=True))
     return Cycles.of(
-        system, path, subject.fixed_beside(path), bounds,
+        system, path, subject.fixed_beside(path), subject.bounds,
         winding=subject.turns(winding), scale=sizes, periods=(0.0, longest), steps=_STEPS,
     )  # fmt: skip
 
 
-def orbit_of_run(
-    subject: OrbitProblem, bounds: tuple[float, float], value: float, until: float | None, longest: float | None, watch: Watch
-) -> SettlingRun:
+def orbit_of_run(subject: OrbitProblem, value: float, until: float | None, longest: float | None, watch: Watch) -> SettlingRun:
     """Run at a value from the subject's own start until the motion repeats itself. until: how long that may take."""
-    rates, parameters = Evaluator.of_rates(subject.system), subject.system.values({**subject.values, subject.path: value})
-    span = times_of_change(rates, parameters)
     first = np.asarray(subject.initial(value), float)
     if until is None:
-        return orbit_near(subject, bounds, value, first, span, watch, longest)
-    return orbit_near(subject, bounds, value, first, lambda _: until / 3, watch, longest, runs=2)
+        return orbit_near(subject, value, first, watch, longest=longest)
+    return orbit_near(subject, value, first, watch, lambda _: until / 3, longest, runs=2)
 
 
-def times_of_change(rates: Evaluator, parameters: Sequence[float]) -> Callable[[np.ndarray], float]:
-    """State (n,) -> some times the time in which states change as much as they are large. rates: of a System."""
+def _times_of_change(system: System, parameters: Sequence[float]) -> Callable[[np.ndarray], float]:
+    """State (n,) -> some times the time in which states change as much as they are large."""
+    rates = Evaluator.of_rates(system)
 
     def span(state: np.ndarray) -> float:
         change = rates.array(np.zeros(1), state[:, None], parameters)[:, 0]
@@ -119,8 +108,8 @@ def times_of_change(rates: Evaluator, parameters: Sequence[float]) -> Callable[[
 
 
 def orbit_near(
-    subject: OrbitProblem, bounds: tuple[float, float], value: float, state: np.ndarray, span: Callable[[np.ndarray], float],
-    watch: Watch, longest: float | None = None, runs: int = _RUNS,
+    subject: OrbitProblem, value: float, state: np.ndarray, watch: Watch,
+    span: Callable[[np.ndarray], float] | None = None, longest: float | None = None, runs: int = _RUNS,
 ) -> SettlingRun:  # fmt: skip
     """The orbit on which a run at a value of the parameter settles, or what becomes of it.
 
@@ -131,15 +120,16 @@ def orbit_near(
     ----------
     state : ndarray, (n,)
         From which it begins.
-    span : callable
-        State -> the time for which it goes on from there at least.
+    span : callable, optional
+        State -> the time for which it goes on from there at least; by default some times that in which states change.
     longest : float, optional
         The period up to which the branch is to be followed; by default ``_LONGEST`` times that of the orbit.
     runs : int
         How often it goes on at most.
     """
     at, done, last = f"at {subject.path} = {value:.6g}", 0.0, 0.0
-    parameters = subject.system.values({**subject.values, subject.path: value})
+    parameters = subject.parameters_at(value)
+    span = span or _times_of_change(subject.system, parameters)
     compiled = compile_system(subject.system, _TOLERANCE)
     for _ in range(runs):
         watch()
@@ -159,7 +149,7 @@ def orbit_near(
             return SettlingRun(value, None, f"{at} the run fails: {period.failure}")
         least = _LEAST_EXTENT * np.maximum(np.abs(period.states).max(axis=1), _LEAST_EXTENT)
         scale = np.where(subject.turning, 1.0, np.maximum(np.ptp(period.states, axis=1), least))
-        cycles = _cycles(subject, bounds, found.turns, scale, found.period, longest)
+        cycles = _first_cycles(subject, found.turns, scale, found.period, longest)
         try:
             cycle = cycle_near(cycles, period.time, period.states, value)
         except WuchtError:  # the run has not settled yet
@@ -170,19 +160,17 @@ def orbit_near(
     return SettlingRun(value, None, f"{at} it has settled neither in a steady state nor on an orbit after {done:.4g}")
 
 
-def _cycles(
-    subject: OrbitProblem, bounds: tuple[float, float], winding: np.ndarray, sizes: np.ndarray, period: float,
-    longest: float | None,
-) -> Cycles:  # fmt: skip
+def _first_cycles(
+    subject: OrbitProblem, winding: np.ndarray, sizes: np.ndarray, period: float, longest: float | None
+) -> Cycles:
     """``cycles_of`` for a first orbit. sizes (n,): by how much states change when they change much."""
-    scale = np.append(sizes, np.ptp(bounds) / _SCALES)
-    return cycles_of(subject, bounds, winding, scale, longest or _LONGEST * period)
+    scale = np.append(sizes, np.ptp(subject.bounds) / _SCALES)
+    return cycles_of(subject, winding, scale, longest or _LONGEST * period)
 
 
 def orbits_of_hopf_points(
-    subject: OrbitProblem, bounds: tuple[float, float], branches: tuple[EquilibriumBranch, ...], sizes: np.ndarray,
-    longest: float | None,
-) -> tuple[SeedOrbit | str, ...]:  # fmt: skip
+    subject: OrbitProblem, branches: tuple[EquilibriumBranch, ...], sizes: np.ndarray, longest: float | None
+) -> tuple[SeedOrbit | str, ...]:
     """The first orbits at the Hopf points of steady states, or sentences why there is none.
 
     sizes (n,): by how much states change when they change much.
@@ -193,7 +181,7 @@ def orbits_of_hopf_points(
             u, exponents = branch.u[:, i], branch.exponents[:, i]
             pair = exponents[exponents.imag > 0]
             period = 2 * np.pi / float(pair[np.abs(pair.real).argmin()].imag)
-            cycles = _cycles(subject, bounds, np.zeros(len(u) - 1, int), sizes, period, longest)
+            cycles = _first_cycles(subject, np.zeros(len(u) - 1, int), sizes, period, longest)
             where = f"the Hopf point at {subject.path} = {u[-1]:.6g}"
             try:
                 found.append(SeedOrbit.of(cycles, cycle_at_hopf(cycles, _equilibrium(cycles, u)), where, both_ways=True))

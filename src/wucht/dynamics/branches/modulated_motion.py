@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near, times_of_change
+from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
-from wucht.dynamics.branches.steady_states import SteadyStates
+from wucht.dynamics.branches.plane_regions import Range
+from wucht.dynamics.branches.steady_states import SteadyStates, Watch
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
 from wucht.errors import InputError, RunError
 from wucht.files.own_equations import OwnEquations
@@ -18,7 +20,6 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import disconnected_branches, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria
-from wucht.numerics.flow.program import Evaluator
 
 _STARTS = 24  # of Newton's method
 _SEARCHED, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
@@ -34,23 +35,25 @@ _SAME = 1e-3  # relative: periods of one orbit
 @dataclass(frozen=True, eq=False)
 class ModulatedMotion:
     """subject: the equations in which orbits are followed. whole: all equations, where the first are those of bodies that keep
-    together. box: ranges (2, n) in which steady states are searched.
+    together, else these. box: ranges (2, n) in which steady states are searched.
     """
 
     subject: OrbitProblem
-    whole: OrbitProblem | None
+    whole: OrbitProblem
     box: np.ndarray
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, path: str, settings: OrbitSettings, states: SteadyStates
+        cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings, states: SteadyStates
     ) -> ModulatedMotion:  # fmt: skip
-        """The motions of a machine, or of equations, with a parameter along which orbits are followed. states: the steady ones.
+        """The motions of a machine, or of equations, with a parameter and the bounds within which orbits are followed along it.
+
+        states: the steady ones.
 
         Raises ``InputError`` where a setting does not fit the subject.
         """
-        part = OrbitProblem.of(subject, path, settings)
-        whole = OrbitProblem.of(subject, path, replace(settings, together=False)) if settings.together else None
+        part = OrbitProblem.of(subject, path, bounds, settings)
+        whole = OrbitProblem.of(subject, path, bounds, replace(settings, together=False)) if settings.together else part
         return cls(part, whole, _box(part, states))
 
     def refuse_idle(self, paths: Mapping[str, str]) -> None:
@@ -59,13 +62,15 @@ class ModulatedMotion:
             if path not in self.subject.system.parameter_names:
                 raise InputError(f"study.{key}", path, "not allowed: the averaged equations do not depend on it")
 
-    def at(self, values: Mapping[str, float], path: str | None = None) -> ModulatedMotion:
-        """The same at other values, and with another parameter along which orbits are followed."""
+    @property
+    def in_part(self) -> bool:
+        """Whether orbits are followed in a part of the equations, that of bodies that keep together."""
+        return self.subject.embedding is not None
 
-        def moved(subject: OrbitProblem) -> OrbitProblem:
-            return replace(subject, values={**subject.values, **values}, path=path or subject.path)
-
-        return replace(self, subject=moved(self.subject), whole=None if self.whole is None else moved(self.whole))
+    def at(self, values: Mapping[str, float]) -> ModulatedMotion:
+        """The same at other values."""
+        subject, whole = (replace(p, values={**p.values, **values}) for p in (self.subject, self.whole))
+        return replace(self, subject=subject, whole=whole)
 
     def lifted(self, seed: SeedOrbit) -> SeedOrbit:
         """An orbit as one of all equations."""
@@ -80,7 +85,7 @@ class ModulatedMotion:
         from scipy.stats import qmc
 
         box = self.box
-        if self.whole is not None:
+        if self.in_part:
             speeds = self.box[:, np.flatnonzero(~self.subject.turning)[0]]
             box = np.where(self.whole.turning, [[0.0], [2 * np.pi]], speeds[:, None])
         shares = qmc.Halton(box.shape[1], scramble=False).random(count + 1)[1:]  # without its first point, a corner
@@ -92,21 +97,22 @@ class ModulatedMotion:
         of_states = {n: 1.0 if t else float(w) for n, t, w in zip(names, turning, np.ptp(self.box, axis=0), strict=True)}
         return of_states | dict(widths)
 
-    def equilibria(self, path: str, bounds: tuple[float, float]) -> Equilibria:
-        """Along a parameter."""
+    @cached_property
+    def equilibria(self) -> Equilibria:
+        """Along the parameter."""
         s = self.subject
-        equations = Equations.of(s.system, [path], s.fixed_beside(path), self.sizes({path: bounds[1] - bounds[0]}))
+        equations = Equations.of(s.system, [s.path], s.fixed_beside(s.path), self.sizes({s.path: s.width}))
         low, high = self.box
         room = _BEYOND * (high - low)
         limits = {i: (low[i] - room[i], high[i] + room[i]) for i in np.flatnonzero(~s.turning).tolist()}
-        return Equilibria(equations, bounds, _STEPS, limits)
+        return Equilibria(equations, s.bounds, _STEPS, limits)
 
-    def steady(self, path: str, bounds: tuple[float, float]) -> tuple[Branch, ...]:
-        """The branches of steady states along a parameter."""
-        problem, (low, high) = self.equilibria(path, bounds), bounds
+    def steady(self) -> tuple[Branch, ...]:
+        """The branches of steady states along the parameter."""
+        low, high = self.subject.bounds
         decades = 0 < _DECADE * low < high
         values = [low * (high / low) ** share if decades else low + share * (high - low) for share in _SEARCHED]
-        return disconnected_branches(problem, values, seeded(self.box[0], self.box[1], _STARTS))
+        return disconnected_branches(self.equilibria, values, seeded(self.box[0], self.box[1], _STARTS))
 
 
 def _box(problem: OrbitProblem, states: SteadyStates) -> np.ndarray:
@@ -152,13 +158,12 @@ def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
     return sorted(found, key=lambda f: (-f.way, f.value))
 
 
-def nearest_fold(motion: ModulatedMotion, path: str, bounds: tuple[float, float], x: np.ndarray, value: float) -> LostState:
+def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostState:
     """The fold that a saddle's branch has nearest to a value of the parameter. Raises ``RunError`` where it has none."""
-    problem = motion.equilibria(path, bounds)
-    branch = problem.branch(problem.start(x, value))
+    branch = motion.equilibria.branch(motion.equilibria.start(x, value))
     folds = [p for p in branch.special if p.kind == FOLD]
     if not folds:
-        raise RunError(f"the saddle has no fold over {path}")
+        raise RunError(f"the saddle has no fold over {motion.subject.path}")
     best = min(folds, key=lambda p: abs(p.parameter - value))
     fastest = float(np.abs(best.eigenvalues).max())
     return LostState(best.parameter, best.x, 1 if value < best.parameter else -1, fastest)
@@ -180,29 +185,19 @@ class ReachedMotions:
 
 
 def reached_motions(
-    motion: ModulatedMotion,
-    path: str,
-    bounds: tuple[float, float],
-    values: Sequence[float],
-    second: float,
-    watch: Callable[[], None],
+    motion: ModulatedMotion, values: Sequence[float], second: float, watch: Watch
 ) -> tuple[ReachedMotions, ...]:
-    """What runs come to at values of the first parameter (``path``, with bounds). motion: at the value of the second one."""
-    subject = motion.whole or motion.subject
-    return tuple(_at(subject, motion.starts(_RUNS - 1), bounds, value, second, watch) for value in values)
+    """What runs come to at values of the first parameter. motion: at the value of the second one."""
+    spread = motion.starts(_RUNS - 1)
+    return tuple(_reached(motion.whole, spread, value, second, watch) for value in values)
 
 
-def _at(
-    subject: OrbitProblem, spread: np.ndarray, bounds: tuple[float, float], value: float, second: float,
-    watch: Callable[[], None],
-) -> ReachedMotions:  # fmt: skip
-    rates, parameters = Evaluator.of_rates(subject.system), subject.system.values({**subject.values, subject.path: value})
-    span = times_of_change(rates, parameters)
+def _reached(subject: OrbitProblem, spread: np.ndarray, value: float, second: float, watch: Watch) -> ReachedMotions:
     beside = _BESIDE * np.ptp(spread, axis=0)  # the start that is given may be an unstable steady state
     starts = [np.asarray(subject.initial(value), float) + beside, *spread]
     steady, unsettled, orbits = 0, 0, list[SeedOrbit]()
     for start in starts:
-        tried = orbit_near(subject, bounds, value, start, span, watch)
+        tried = orbit_near(subject, value, start, watch)
         steady, unsettled = steady + tried.rests, unsettled + (tried.orbit is None and not tried.rests)
         if tried.orbit is not None and not any(alike(tried.orbit, other) for other in orbits):
             orbits.append(tried.orbit)

@@ -30,17 +30,11 @@ _MIRRORED = 1e-6  # relative: two orbits beside a branch point that are mirror i
 class StoredOrbit:
     """An orbit as it can be found again: see ``SeedOrbit``. kind: of a special one."""
 
-    edges: np.ndarray
-    degree: int
+    mesh: Mesh
     states: np.ndarray
     period: float
     value: float
     kind: str
-
-    @property
-    def mesh(self) -> Mesh:
-        """Its mesh."""
-        return Mesh(self.edges, self.degree)
 
 
 @dataclass(frozen=True)
@@ -129,11 +123,9 @@ class PeriodicBranch:
         return alike and self.passes(float(values[k]), float(periods[k]))
 
 
-def half_branch(
-    subject: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit, onward: bool, switch: bool, watch: Watch
-) -> HalfBranch:
+def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, watch: Watch) -> HalfBranch:
     """The branch from a first orbit on, or backwards. Raises ``RunError`` where the first orbit is not found again."""
-    cycles, start = cycles_through(subject, bounds, seed)
+    cycles, start = cycles_through(subject, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
     numbers, kept, offshoots, last = [_numbers(subject, start)], [stored_orbit(start)], list[SeedOrbit | str](), [start]
     logarithms, kinds, hidden = [start.logarithms], [""], [start.hidden]
@@ -143,7 +135,7 @@ def half_branch(
         logarithms.append(cycle.logarithms)
         kinds.append(cycle.kind)
         hidden.append(cycle.hidden)
-        moved = abs(cycle.parameter - kept[-1].value) > _KEPT_EVERY * (bounds[1] - bounds[0])
+        moved = abs(cycle.parameter - kept[-1].value) > _KEPT_EVERY * subject.width
         grown = not 1 / _KEPT_GROWTH < cycle.period / kept[-1].period < _KEPT_GROWTH
         if moved or grown or cycle.kind:
             kept.append(stored_orbit(cycle))
@@ -163,9 +155,9 @@ def half_branch(
     )  # fmt: skip
 
 
-def cycles_through(problem: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit) -> tuple[Cycles, Cycle]:
+def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycle]:
     """The branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
-    cycles = cycles_of(problem, bounds, seed.winding, seed.scale, seed.longest)
+    cycles = cycles_of(problem, seed.winding, seed.scale, seed.longest)
     return cycles, first_cycle(cycles, seed)
 
 
@@ -211,8 +203,7 @@ def peak(times: np.ndarray, values: np.ndarray) -> float:
 
 def stored_orbit(cycle: Cycle) -> StoredOrbit:
     """An orbit as it is kept."""
-    mesh = cycle.problem.mesh
-    return StoredOrbit(mesh.edges, mesh.degree, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
+    return StoredOrbit(cycle.problem.mesh, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
 
 
 def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit | str]:

@@ -10,12 +10,11 @@ import numpy as np
 
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through
-from wucht.dynamics.branches.orbit_endings import connections_of, enough
-from wucht.dynamics.branches.plane_regions import Bounds
-from wucht.dynamics.branches.state_rows import OrbitRow, OrbitSide
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, connections_at
+from wucht.dynamics.branches.second_parameter import SecondParameter
+from wucht.dynamics.branches.state_rows import OrbitRow
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
-from wucht.numerics.periodic.connection_starts import of_cycle
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycles import Cycles
@@ -44,19 +43,17 @@ class OrbitCurve:
         return bool(k in (0, len(self.y) - 1) and 0 < abs(self.y[k] - y) < near[1] and abs(self.x[k] - x) < near[0])
 
 
-def orbit_curve(
-    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, row: OrbitRow, special: StoredOrbit
-) -> OrbitCurve | str:
+def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, special: StoredOrbit) -> OrbitCurve | str:
     """The curve through a special orbit of a row, both ways; or why there is none. motion: at the row."""
-    subject = motion.whole or motion.subject
-    s, seed = subject.system, row.whole
+    subject, seed = motion.whole, row.whole
+    paths, bounds = (subject.path, second.path), (subject.bounds, second.bounds)
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
-    sizes = dict(zip(s.state_names, seed.scale[:-1].tolist(), strict=True)) | widths
+    sizes = dict(zip(subject.system.state_names, seed.scale[:-1].tolist(), strict=True)) | widths
     longest = _LONGEST * special.period
     try:
-        at = _located(*cycles_through(replace(subject, path=paths[0]), bounds[0], replace(seed, longest=longest)), special)
+        at = _located(*cycles_through(subject, replace(seed, longest=longest)), special)
         of = CycleCurve.of(
-            special.kind, s, paths, subject.fixed_beside(*paths), bounds,
+            special.kind, subject.system, paths, subject.fixed_beside(*paths), bounds,
             winding=subject.turns(seed.winding), scale=sizes, periods=(0.0, longest),
         )  # fmt: skip
         return _both_ways(special.kind, of, of.start(at, row.second))
@@ -79,17 +76,9 @@ def _both_ways(kind: str, of: Any, start: Any) -> OrbitCurve:
     return OrbitCurve(kind, x, y)
 
 
-def connection_curve(
-    motion: ModulatedMotion, paths: tuple[str, str], bounds: Bounds, row: OrbitRow, side: OrbitSide
-) -> OrbitCurve | str:
+def connection_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, end: OrbitEnd) -> OrbitCurve | str:
     """The curve of saddle connections through the end of a row, both ways; or why there is none."""
-    seed = side.last
     try:
-        _, cycle = cycles_through(replace(motion.subject, path=paths[0]), bounds[0], seed)
-        problem = motion.equilibria(paths[0], bounds[0])
-        rates = problem.seen(problem.start(side.equilibrium, side.value)).eigenvalues
-        of = connections_of(motion, paths, bounds, enough(cycle.period, rates), seed.winding)
-        start = of_cycle(of, cycle, side.equilibrium, np.array([cycle.parameter, row.second]))
-        return _both_ways(SADDLE_CONNECTION, of, start)
+        return _both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))
     except WuchtError as error:
         return str(error)

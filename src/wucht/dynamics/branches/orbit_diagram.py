@@ -37,7 +37,6 @@ class OrbitCase:
     """
 
     problem: OrbitProblem
-    bounds: tuple[float, float]
     settings: OrbitSettings
     at: tuple[float, ...] | None
     values: tuple[float, ...] | None
@@ -53,21 +52,19 @@ class OrbitCase:
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
-        problem = OrbitProblem.of(subject, path, settings)
-        steady, without = _steady(subject, bounds, problem, settings)
-        return cls(problem, bounds, settings, at, values, steady, without)
+        problem = OrbitProblem.of(subject, path, bounds, settings)
+        steady, without = _steady(subject, problem, settings)
+        return cls(problem, settings, at, values, steady, without)
 
 
-def _steady(
-    subject: Machine | OwnEquations, bounds: tuple[float, float], problem: OrbitProblem, settings: OrbitSettings
-) -> tuple[BranchCase | None, str]:
+def _steady(subject: Machine | OwnEquations, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
     """The branches of steady states, or why they are not searched."""
     if not isinstance(subject, Machine) and settings.ranges is None:
         return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
     only = ("together",) if settings.together else None
     of = BranchSettings(_SEARCHED, only, problem.show, settings.ranges, problem.inertia)
     try:
-        return BranchCase.of(subject, problem.path, bounds, of), ""
+        return BranchCase.of(subject, problem.path, problem.bounds, of), ""
     except InputError as error:
         if isinstance(subject, Machine):
             return None, f"steady states are not searched: {error.allowed}"
@@ -108,13 +105,13 @@ def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
 
 def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
     """First orbits, each of which that is on no known branch is followed at once."""
-    settings, of = case.settings, (case.problem, case.bounds)
-    at = case.at or tuple(float(case.bounds[0] + share * np.ptp(case.bounds)) for share in _TRIED)
+    settings, problem = case.settings, case.problem
+    at = case.at or tuple(float(problem.bounds[0] + share * np.ptp(problem.bounds)) for share in _TRIED)
     for i, value in enumerate(at):
         share = _STEADY + (_FIRST - _STEADY) * i / len(at)
-        work.report(share, f"a run at {case.problem.path} = {value:.5g}")
+        work.report(share, f"a run at {problem.path} = {value:.5g}")
         watch = partial(work.report, share, "a run until it settles")
-        run_there = partial(orbit_of_run, *of, value, settings.until, settings.longest, watch)
+        run_there = partial(orbit_of_run, problem, value, settings.until, settings.longest, watch)
         tried = work.unit(f"run at {value!r}", run_there)
         findings = replace(findings, tried=(*findings.tried, tried))
         yield findings
@@ -123,8 +120,8 @@ def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
             if case.at is None:
                 return findings
     sizes = None if case.steady is None else case.steady.states.equilibria.equations.scale[:-1]
-    if not findings.branches and sizes is not None and len(sizes) == len(case.problem.turning):
-        seeds = work.unit("hopf points", partial(orbits_of_hopf_points, *of, findings.steady, sizes, settings.longest))
+    if not findings.branches and sizes is not None and len(sizes) == len(problem.turning):
+        seeds = work.unit("hopf points", partial(orbits_of_hopf_points, problem, findings.steady, sizes, settings.longest))
         findings, begun = _split(findings, seeds)
         for seed in begun:
             findings = yield from _followed(case, seed, findings, work)
@@ -169,7 +166,7 @@ def _split(findings: OrbitFindings, seeds: Sequence[SeedOrbit | str]) -> tuple[O
 
 
 def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> HalfBranch | str:
-    low, high = case.bounds
+    low, high = case.problem.bounds
     begin, to = seed.value, high if onward else low
 
     def watch(value: float) -> None:
@@ -177,7 +174,7 @@ def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> 
         work.report(min(done, 1.0), f"orbits, {case.problem.path} = {value:.6g}")
 
     try:
-        return half_branch(case.problem, case.bounds, seed, onward, case.settings.switch, watch)
+        return half_branch(case.problem, seed, onward, case.settings.switch, watch)
     except RunError as error:
         return f"the branch from {seed.begun} is not followed: {error}"
 
@@ -188,9 +185,7 @@ def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
     for i, (k, value, beside) in enumerate(wanted):
         work.report(_BRANCHES + (1 - _BRANCHES) * i / len(wanted), f"exponents at {case.problem.path} = {value:.6g}")
         seed = findings.branches[k].seed
-        one = work.unit(
-            f"orbit {i} of branch {k} at {value!r}", partial(reported, case.problem, case.bounds, seed, beside, value)
-        )
+        one = work.unit(f"orbit {i} of branch {k} at {value!r}", partial(reported, case.problem, seed, beside, value))
         if isinstance(one, str):
             findings = replace(findings, lost=(*findings.lost, one))
         else:

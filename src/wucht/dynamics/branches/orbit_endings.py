@@ -8,7 +8,6 @@ method finds from the orbit is its end. A fold ahead of it, where steady states 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,6 +15,8 @@ import numpy as np
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.modulated_motion import LostState, ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import cycles_through
+from wucht.dynamics.branches.plane_regions import Range
+from wucht.dynamics.branches.steady_states import Watch
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.flow.compiled import compile_system
@@ -25,6 +26,7 @@ from wucht.numerics.periodic.branch_ends import (
     SADDLE_NODE_ON_ORBIT,
     branch_end,
 )
+from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.connection_starts import fold_at, of_cycle
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
@@ -52,78 +54,85 @@ _LAW, _LOOSE = 0.02, 0.2  # relative: how constant T sqrt|p - p*| is, and at lea
 
 
 @dataclass(frozen=True)
-class OrbitEnding:
-    """At a place (x, y) of the plane.
+class OrbitEnd:
+    """How a branch of orbits ends.
 
-    kind: of the end, ``"none"`` where no such motion was found. begins, value: where the motion begins, and where it ends.
-    sentence: how. period: of the last orbit. last: that orbit. equilibrium (n,): that it comes to, empty where there is none.
+    kind: ``"none"`` where no motion was found. value: of the parameter. sentence: how, or why there is none. last: the last
+    orbit. equilibrium (n,): that it comes to, empty where there is none.
     """
 
-    x: float
-    y: float
     kind: str
-    begins: float
     value: float
     sentence: str
-    period: float = math.nan
     last: SeedOrbit | None = None
     equilibrium: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
-def ending_at(
-    motion: ModulatedMotion, path: str, bounds: tuple[float, float], place: tuple[float, float], watch: Callable[[], None]
-) -> OrbitEnding:
+@dataclass(frozen=True)
+class OrbitEnding:
+    """How the motion at a place (x, y) of the plane ends. begins: where, in the parameter that changes."""
+
+    x: float
+    y: float
+    begins: float
+    end: OrbitEnd
+
+    @property
+    def kind(self) -> str:
+        """Of the end."""
+        return self.end.kind
+
+
+def ending_at(motion: ModulatedMotion, place: tuple[float, float], watch: Watch) -> OrbitEnding:
     """What becomes of a machine whose stable steady state is lost as the parameter changes: a motion, and how that ends.
 
-    motion: at the place. path, bounds: of the parameter that changes. Beyond each fold of stable states a run begins where they
+    motion: at the place, with the parameter that changes. Beyond each fold of stable states a run begins where they
     have vanished; what it settles on, if that repeats itself, is followed on in the same sense.
     """
-    x, y = place
-    lost = [f for f in lost_states(motion.steady(path, bounds)) if bounds[0] < f.value < bounds[1]]
+    (low, high), path = motion.subject.bounds, motion.subject.path
+    lost = [f for f in lost_states(motion.steady()) if low < f.value < high]
     if not lost:
-        return OrbitEnding(x, y, NONE, math.nan, math.nan, f"no stable state is lost in the range of {path}")
+        return OrbitEnding(*place, math.nan, OrbitEnd(NONE, math.nan, f"no stable state is lost in the range of {path}"))
     sentences = list[str]()
     for fold in lost:
-        seed = born_at(motion, path, bounds, fold, sentences, watch)
+        seed = born_at(motion, fold, sentences, watch)
         if seed is None:
             continue
         try:
-            kind, value, sentence, last, at = followed_to_end(motion, path, bounds, seed, fold.way, watch)
+            return OrbitEnding(*place, fold.value, followed_to_end(motion, seed, fold.way, watch))
         except RunError as error:
             sentences.append(str(error))
-            continue
-        kept = SeedOrbit.of(*last, "the end of a branch", both_ways=True)
-        return OrbitEnding(x, y, kind, fold.value, value, sentence, kept.period, kept, at)
-    return OrbitEnding(x, y, NONE, lost[0].value, math.nan, "; ".join(dict.fromkeys(sentences)))
+    return OrbitEnding(*place, lost[0].value, OrbitEnd(NONE, math.nan, "; ".join(dict.fromkeys(sentences))))
 
 
-def born_at(
-    motion: ModulatedMotion, path: str, bounds: tuple[float, float], fold: LostState, sentences: list[str],
-    watch: Callable[[], None],
-) -> SeedOrbit | None:  # fmt: skip
+def born_at(motion: ModulatedMotion, fold: LostState, sentences: list[str], watch: Watch) -> SeedOrbit | None:
     """The orbit that a run from a lost state comes to just beyond it; else a sentence is added what it comes to."""
-    subject, span = replace(motion.subject, path=path), _FIRST_SPAN / fold.fastest
+    (low, high), span = motion.subject.bounds, _FIRST_SPAN / fold.fastest
     for share in _JUST_BEYOND:
-        value = fold.value + fold.way * share * (bounds[1] - bounds[0])
-        if not bounds[0] < value < bounds[1]:
+        value = fold.value + fold.way * share * (high - low)
+        if not low < value < high:
             continue
-        tried = orbit_near(subject, bounds, value, fold.state, lambda _: span, watch)
+        tried = orbit_near(motion.subject, value, fold.state, watch, lambda _: span)
         if tried.orbit is not None:
             return replace(tried.orbit, longest=_LONGEST * tried.orbit.period)
         sentences.append(tried.sentence)
     return None
 
 
-End = tuple[str, float, str, tuple[Cycles, Cycle], np.ndarray]
+def followed_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, watch: Watch) -> OrbitEnd:
+    """The end of the branch through an orbit, for growing values of the parameter (way 1) or the other way."""
+    cycles, start = cycles_through(motion.subject, seed)
+    path, size = motion.subject.path, motion.subject.width
 
+    def ended(kind: str, value: float, sentence: str, last: Cycle, at: np.ndarray) -> OrbitEnd:
+        return OrbitEnd(kind, value, sentence, SeedOrbit.of(cycles, last, "the end of a branch", both_ways=True), at)
 
-def followed_to_end(
-    motion: ModulatedMotion, path: str, bounds: tuple[float, float], seed: SeedOrbit, way: int, watch: Callable[[], None]
-) -> End:
-    """Kind, value, sentence, last orbit and equilibrium of the end of a branch."""
-    cycles, start = cycles_through(replace(motion.subject, path=path), bounds, seed)
+    def at_saddle_node(value: float, last: Cycle, at: np.ndarray) -> OrbitEnd:
+        sentence = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
+        return ended(SADDLE_NODE_ON_ORBIT, value, sentence, last, at)
+
     walk = cycles.walk(start if way > 0 else cycles.backwards(start))
-    seen, least, looked, law, still, size = [start], start.period, _GROWN, math.nan, 0, bounds[1] - bounds[0]
+    seen, least, looked, law, still = [start], start.period, _GROWN, math.nan, 0
     fold: tuple[np.ndarray, float] | None = None
     nearly = False
     for cycle in walk:
@@ -140,34 +149,32 @@ def followed_to_end(
         looked = cycle.period / least * _LATER
         places = _slow_places(cycles, cycle)
         for place in places:
-            met = _connection(motion, path, bounds, cycles, cycle, place, stays)
+            met = _connection(motion, cycles, cycle, place, stays)
             if met is not None:
                 value, saddle = met
                 how = f"at {path} = {value:.7g} the orbit runs into a saddle"
-                return SADDLE_CONNECTION, value, how, (cycles, cycle), saddle
-        found = next((f for f in (_ahead(motion, path, bounds, cycle, p, way) for p in places) if f is not None), None)
+                return ended(SADDLE_CONNECTION, value, how, cycle, saddle)
+        found = next((f for f in (_ahead(motion, cycle, p, way) for p in places) if f is not None), None)
         fold, before, law = found or fold, law, math.nan
         if found is not None:
             state, value = found
             law = cycle.period * math.sqrt(abs(value - cycle.parameter))
             if abs(law / before - 1) < _LAW and cycle.period > _LONG * least:
                 watch()
-                if _survives(motion, path, bounds, cycle, state, value + way * _PAST * size):
-                    law = math.nan
-                    continue
-                how = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
-                return SADDLE_NODE_ON_ORBIT, value, how, (cycles, cycle), state
+                if not _survives(motion, cycle, state, value + way * _PAST * size):
+                    return at_saddle_node(value, cycle, state)
+                law = math.nan
+                continue
         if stays:
             break
         nearly = abs(law / before - 1) < _LOOSE
     if fold is not None and nearly:
         state, value = fold
-        if not _survives(motion, path, bounds, seen[-1], state, value + way * _PAST * size):
-            how = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
-            return SADDLE_NODE_ON_ORBIT, value, how, (cycles, seen[-1]), state
+        if not _survives(motion, seen[-1], state, value + way * _PAST * size):
+            return at_saddle_node(value, seen[-1], state)
     values, periods = np.array([[c.parameter, c.period] for c in seen]).T
     end = branch_end(cycles, values, periods, seen[-3:], walk.end)
-    return end.kind, end.parameter, end.sentence, (cycles, seen[-1]), end.equilibrium
+    return ended(end.kind, end.parameter, end.sentence, seen[-1], end.equilibrium)
 
 
 def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
@@ -179,17 +186,14 @@ def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
     return [states[:, i] for i in sorted(np.flatnonzero(least).tolist(), key=lambda i: float(speed[i]))[:_PLACES]]
 
 
-def _survives(
-    motion: ModulatedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, place: np.ndarray, value: float
-) -> bool:  # fmt: skip
+def _survives(motion: ModulatedMotion, cycle: Cycle, place: np.ndarray, value: float) -> bool:
     """Whether the motion goes on just beyond a fold that the orbit seemed to come to: beside the states that appear there."""
-    if not bounds[0] < value < bounds[1]:
+    s = motion.subject
+    if not s.bounds[0] < value < s.bounds[1]:
         return False
     away = np.linalg.norm((cycle.states - place[:, None]) / np.ptp(cycle.states, axis=1)[:, None], axis=0)
-    s = motion.subject
-    parameters = s.system.values({**s.values, path: value})
     times = np.linspace(0.0, _PERIODS * cycle.period, _SAMPLES)
-    run = integrate(compile_system(s.system, _TOLERANCE), cycle.states[:, int(away.argmax())], parameters, times)
+    run = integrate(compile_system(s.system, _TOLERANCE), cycle.states[:, int(away.argmax())], s.parameters_at(value), times)
     states = run.uninterrupted().states
     return not rests(states[:, -_SAMPLES // 4 :])
 
@@ -214,39 +218,52 @@ def connections_of(
     )  # fmt: skip
 
 
+def connections_at(
+    motion: ModulatedMotion, path: str, bounds: Range, end: OrbitEnd, value: float
+) -> tuple[Connections, Connection]:
+    """Connections over a second parameter too, and the one at the end of a branch. Raises ``RunError``.
+
+    path, bounds: of the second parameter. value: that it has there.
+    """
+    if end.last is None or not len(end.equilibrium):
+        raise RunError("the orbit's end is not known well enough to begin with")
+    s, (_, cycle) = motion.subject, cycles_through(motion.subject, end.last)
+    rates = motion.equilibria.seen(motion.equilibria.start(end.equilibrium, end.value)).eigenvalues
+    time = enough(cycle.period, rates)
+    connections = connections_of(motion, (s.path, path), (s.bounds, bounds), time, end.last.winding)
+    return connections, of_cycle(connections, cycle, end.equilibrium, np.array([cycle.parameter, value]))
+
+
 def _connection(
-    motion: ModulatedMotion, path: str, bounds: tuple[float, float], cycles: Cycles, cycle: Cycle, slow: np.ndarray, stays: bool
+    motion: ModulatedMotion, cycles: Cycles, cycle: Cycle, slow: np.ndarray, stays: bool
 ) -> tuple[float, np.ndarray] | None:
     """The value at which an orbit becomes a connection of the saddle that it passes, and that saddle."""
-    problem = motion.equilibria(path, bounds)
+    path, (low, high) = motion.subject.path, motion.subject.bounds
     try:
-        saddle = problem.seen(problem.start(slow, cycle.parameter))
+        saddle = motion.equilibria.seen(motion.equilibria.start(slow, cycle.parameter))
     except RunError:
         return None
     try:
         beside = np.linalg.norm((saddle.x - slow) / np.maximum(np.ptp(cycle.states, axis=1), 1e-12))
         if saddle.unstable != 1 or beside > _BESIDE:
             return None
-        around = (2 * bounds[0] - bounds[1], 2 * bounds[1] - bounds[0])
+        around = (2 * low - high, 2 * high - low)
         connections = connections_of(motion, (path,), (around,), enough(cycle.period, saddle.eigenvalues), cycles.winding)
         found = of_cycle(connections, cycle, saddle.x, np.array([cycle.parameter]))
     except RunError:
         # A parameter that stays as the period grows is known, whatever the connection's equations have to say.
         return (cycle.parameter, saddle.x) if stays else None
     value, x = float(found.parameters[0]), found.equilibria[0]
-    near = abs(value - cycle.parameter) < _NEAR * (bounds[1] - bounds[0])
+    near = abs(value - cycle.parameter) < _NEAR * (high - low)
     return (value, x) if near and found.eigenvalues[0, 0].real > 0 else None
 
 
-def _ahead(
-    motion: ModulatedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, slow: np.ndarray, way: int
-) -> tuple[np.ndarray, float] | None:
+def _ahead(motion: ModulatedMotion, cycle: Cycle, slow: np.ndarray, way: int) -> tuple[np.ndarray, float] | None:
     """The fold of steady states ahead of an orbit, where that is slowest."""
-    equations = motion.equilibria(path, bounds).equations
     try:
-        x, (value,) = fold_at(equations, slow, np.array([cycle.parameter]))
+        x, (value,) = fold_at(motion.equilibria.equations, slow, np.array([cycle.parameter]))
     except RunError:
         return None
     beside = np.linalg.norm((x - slow) / np.maximum(np.ptp(cycle.states, axis=1), 1e-12))
-    ahead = 0 < way * (value - cycle.parameter) < _NEAR * (bounds[1] - bounds[0])
+    ahead = 0 < way * (value - cycle.parameter) < _NEAR * motion.subject.width
     return (x, float(value)) if ahead and beside < _BESIDE else None

@@ -11,6 +11,7 @@ import numpy as np
 from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.steady_machine import turning as steady_machine
 from wucht.analysis.sections import Section, section_of
+from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.errors import InputError, nearest
 from wucht.files.own_equations import OwnEquations
@@ -43,15 +44,17 @@ class OrbitSettings:
 class OrbitProblem:
     """Equations and what is drawn of their states.
 
-    system: without outputs. values: of its parameters. initial: value of the parameter -> state (n,) to run from. observables:
-    states (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. show:
-    the state that is drawn, None: the main rotor's speed. unit, length, time: units. inertia: of a machine's balancing bodies.
+    system: without outputs. values: of its parameters. path, bounds: of the one over which orbits are followed. initial: its
+    value -> state (n,) to run from. observables: states (n, K) and its value -> what is drawn and the amplitude (2, K), the
+    latter not a number where there is none. show: the state that is drawn, None: the main rotor's speed. unit, length, time:
+    units. inertia: of a machine's balancing bodies.
     embedding: (n_whole, n), where these are kept together, the states of all averaged equations from these.
     """
 
     system: System
     values: Mapping[str, float]
     path: str
+    bounds: Range
     initial: Callable[[float], np.ndarray]
     observables: Callable[[np.ndarray, float], np.ndarray]
     show: str | None
@@ -63,14 +66,14 @@ class OrbitProblem:
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     @classmethod
-    def of(cls, subject: Machine | OwnEquations, path: str, settings: OrbitSettings) -> OrbitProblem:
+    def of(cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
         """The equations along a parameter.
 
         Raises ``InputError`` where a machine has no averaged equations, where a user's depend on time, or a key does not fit.
         """
         if isinstance(subject, Machine):
-            return _of_machine(settings, subject, path)
-        return _of_equations(settings, subject, path)
+            return _of_machine(settings, subject, path, bounds)
+        return _of_equations(settings, subject, path, bounds)
 
     @property
     def rotor(self) -> bool:
@@ -87,6 +90,15 @@ class OrbitProblem:
         """Which states are angles (n,)."""
         return np.array([s in self.system.angles for s in self.system.states])
 
+    @property
+    def width(self) -> float:
+        """Of the parameter's range."""
+        return self.bounds[1] - self.bounds[0]
+
+    def parameters_at(self, value: float) -> tuple[float, ...]:
+        """The values of all parameters, in order, at one of the parameter that changes."""
+        return self.system.values({**self.values, self.path: value})
+
     def fixed_beside(self, *paths: str) -> dict[str, float]:
         """The values of all parameters but some."""
         return {n: self.values[n] for n in self.system.parameter_names if n not in paths}
@@ -96,7 +108,7 @@ class OrbitProblem:
         return {n: int(w) for n, w in zip(self.system.state_names, winding, strict=True) if w}
 
 
-def _of_machine(settings: OrbitSettings, machine: Machine, path: str) -> OrbitProblem:
+def _of_machine(settings: OrbitSettings, machine: Machine, path: str, bounds: Range) -> OrbitProblem:
     if settings.show is not None or settings.ranges is not None:
         key = "show" if settings.show is not None else "ranges"
         raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only", code="system-only")
@@ -117,7 +129,7 @@ def _of_machine(settings: OrbitSettings, machine: Machine, path: str) -> OrbitPr
 
     units = steady.units
     return OrbitProblem(
-        system=system, values=steady.values, path=path, initial=initial,
+        system=system, values=steady.values, path=path, bounds=bounds, initial=initial,
         observables=_observables(averaged, part, path, steady), show=None,
         unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
         inertia=inertia, embedding=None if part is None else part.embedding, warnings=averaged.warnings,
@@ -144,7 +156,7 @@ def _observables(
     return observables
 
 
-def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str) -> OrbitProblem:
+def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str, bounds: Range) -> OrbitProblem:
     system, names = _bare(subject.system), subject.system.state_names
     for key in ("inertia", "together"):
         if getattr(settings, key):
@@ -162,7 +174,7 @@ def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str) -> 
     def observables(states: np.ndarray, value: float) -> np.ndarray:
         return np.array([states[row], np.full(states.shape[1], np.nan)])
 
-    return OrbitProblem(system, subject.values, path, lambda _: start, observables, show, "", "", "")
+    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, show, "", "", "")
 
 
 def _number(given: object, where: str) -> float:

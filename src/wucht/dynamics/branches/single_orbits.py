@@ -56,11 +56,9 @@ def near(kept: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, .
     return [*((k,) for k in kept if k.value == value), *map(tuple, beside)]
 
 
-def reported(
-    subject: OrbitProblem, bounds: tuple[float, float], seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float
-) -> ReportedOrbit | str:
+def reported(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit | str:
     """The orbit at a value beside some that were kept, or why it is not found."""
-    cycles = cycles_of(subject, bounds, seed.winding, seed.scale, 2 * seed.longest)
+    cycles = cycles_of(subject, seed.winding, seed.scale, 2 * seed.longest)
     try:
         # At a special orbit the equations are singular, and it was located as well as it can be.
         found = beside[0] if beside[0].kind else stored_orbit(_at(cycles, beside, value))
@@ -111,8 +109,8 @@ def _followed(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
 def _exponents(subject: OrbitProblem, orbit: StoredOrbit, value: float) -> tuple[np.ndarray, float]:
     """Per unit of time, the largest first, and ln mu of the trivial multiplier."""
     parameters = {**subject.values, subject.path: value}
-    at_edges = orbit.states[:: orbit.degree].T
-    maps, flow = integrated_maps(subject.system, parameters, orbit.edges * orbit.period, at_edges)
+    at_edges = orbit.states[:: orbit.mesh.degree].T
+    maps, flow = integrated_maps(subject.system, parameters, orbit.mesh.edges * orbit.period, at_edges)
     across, along = across_flow(maps, flow)
     values = logarithms(across)[0] / orbit.period
     return values[np.argsort(-values.real, kind="stable")], along

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -26,7 +26,7 @@ from wucht.dynamics.branches.second_parameter import (
     starts,
 )  # fmt: skip
 from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, SteadyRow, steady_row
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.steady_states import BranchSettings, Watch
 from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work
 from wucht.files.own_equations import OwnEquations
@@ -68,7 +68,7 @@ class StateMapCase:
         case = cls(subject, paths, bounds, cells, settings, None, ())
         states, motion = case.row(sum(bounds[1]) / 2).states, None
         if orbits is not None:
-            motion = ModulatedMotion.of(subject, paths[0], orbits, states)
+            motion = ModulatedMotion.of(subject, paths[0], bounds[0], orbits, states)
             motion.refuse_idle(dict(zip(("along", "second"), paths, strict=True)))
         return replace(case, motion=motion, warnings=states.words.warnings)
 
@@ -84,11 +84,11 @@ class StateMapCase:
     def motion_at(self, second: float) -> ModulatedMotion:
         """The modulated motions at a value of the second parameter."""
         assert self.motion is not None
-        return self.motion.at({self.paths[1]: second}, self.paths[0])
+        return self.motion.at({self.paths[1]: second})
 
-    def orbits_at(self, second: float, watch: Callable[[], None]) -> RowCase:
+    def orbits_at(self, second: float, watch: Watch) -> RowCase:
         """The row of modulated motions at a value of the second parameter."""
-        return RowCase(self.motion_at(second), self.paths, self.bounds[0], second, watch)
+        return RowCase(self.motion_at(second), self.paths[1], second, watch)
 
     def second(self, value: float) -> SecondParameter:
         """The second parameter at a value."""
@@ -179,7 +179,7 @@ def _with_runs(
     """With what runs come to at values of the first parameter."""
     watch = partial(work.report, share, f"runs from several starts at {case.paths[1]} = {second:.4g}")
     watch()
-    make = partial(reached_motions, case.motion_at(second), case.paths[0], case.bounds[0], values, second, watch)
+    make = partial(reached_motions, case.motion_at(second), values, second, watch)
     return replace(findings, reached=(*findings.reached, *work.unit(f"runs {second!r}", make)))
 
 
@@ -190,7 +190,7 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
     """
     assert case.motion is not None
     seconds = case.centres(1).tolist()
-    for family in range(_MOST_FAMILIES if case.motion.whole is None else 0):
+    for family in range(_MOST_FAMILIES if not case.motion.in_part else 0):
         seeds = _unexplained(findings)
         if not seeds:
             break
@@ -254,12 +254,12 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
     """The curves through what is special on a row of orbits."""
     if isinstance(row, NoOrbit):
         return findings
-    paths, there = case.paths, case.motion_at(row.second)
+    there, second = case.motion_at(row.second), case.second(row.second)
     width, spacing = (high - low for low, high in case.bounds)
     beside = 0.1 * width, 1.5 * spacing / case.cells
-    wanted = [(k.kind, k.value, partial(orbit_curve, there, paths, case.bounds, row, k)) for k in row.special]
+    wanted = [(k.kind, k.value, partial(orbit_curve, there, second, row, k)) for k in row.special]
     wanted += [
-        (SADDLE_CONNECTION, s.value, partial(connection_curve, there, paths, case.bounds, row, s))
+        (SADDLE_CONNECTION, s.value, partial(connection_curve, there, second, row, s))
         for s in row.sides if s.kind == SADDLE_CONNECTION
     ]  # fmt: skip
     for kind, value, make in wanted:
@@ -271,7 +271,7 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
         work.report(share, f"the curve of the {kind.replace('-', ' ')}s of modulated motions")
         made = work.unit(f"{kind} {value!r} {row.second!r}", make)
         if isinstance(made, str):
-            at = f"at {paths[0]} = {value:.6g}, {paths[1]} = {row.second:.6g}"
+            at = f"at {case.paths[0]} = {value:.6g}, {case.paths[1]} = {row.second:.6g}"
             findings = replace(
                 findings, lost=(*findings.lost, f"the {kind} of the modulated motion {at} is not followed: {made}")
             )

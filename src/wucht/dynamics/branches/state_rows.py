@@ -12,8 +12,8 @@ from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stab
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through, half_branch, stored_orbit
-from wucht.dynamics.branches.orbit_endings import born_at, followed_to_end
-from wucht.dynamics.branches.plane_regions import Range
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, born_at, followed_to_end
+from wucht.dynamics.branches.steady_states import Watch
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
@@ -50,17 +50,6 @@ def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.
 
 
 @dataclass(frozen=True)
-class OrbitSide:
-    """One end of the branch of orbits: its kind, the parameter's value, the last orbit, and the equilibrium it comes to."""
-
-    kind: str
-    value: float
-    sentence: str
-    last: SeedOrbit
-    equilibrium: np.ndarray
-
-
-@dataclass(frozen=True)
 class OrbitRow:
     """The branch of modulated motions over the first parameter.
 
@@ -69,7 +58,7 @@ class OrbitRow:
     """
 
     second: float
-    sides: tuple[OrbitSide, OrbitSide]
+    sides: tuple[OrbitEnd, OrbitEnd]
     values: np.ndarray
     stable: np.ndarray
     special: tuple[StoredOrbit, ...]
@@ -98,21 +87,20 @@ class NoOrbit:
 
 @dataclass(frozen=True, eq=False)
 class RowCase:
-    """A value of the second parameter, at which ``motion`` is. paths: of both parameters. bounds: of the first."""
+    """A value of the second parameter, at which ``motion`` is. path: of that parameter."""
 
     motion: ModulatedMotion
-    paths: tuple[str, str]
-    bounds: Range
+    path: str
     second: float
-    watch: Callable[[], None]
+    watch: Watch
 
     def row(self, near: OrbitRow | NoOrbit | None) -> OrbitRow | NoOrbit:
         """The branch of modulated motions. near: that at a neighbouring value."""
-        sentences = list[str]()
+        sentences, (low, high) = list[str](), self.motion.subject.bounds
         seed = self.carried(near)
-        for lost in lost_states(self.motion.steady(self.paths[0], self.bounds)) if seed is None else ():
-            if seed is None and self.bounds[0] < lost.value < self.bounds[1]:
-                seed = born_at(self.motion, self.paths[0], self.bounds, lost, sentences, self.watch)
+        for lost in lost_states(self.motion.steady()) if seed is None else ():
+            if seed is None and low < lost.value < high:
+                seed = born_at(self.motion, lost, sentences, self.watch)
         if seed is None:
             return NoOrbit(self.second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
         return self.row_through(seed)
@@ -130,7 +118,8 @@ class RowCase:
     def row_through(self, seed: SeedOrbit) -> OrbitRow | NoOrbit:
         """The branch through an orbit, followed both ways."""
         try:
-            low, high = sorted((self._side(seed, way) for way in (-1, 1)), key=lambda s: s.value)
+            ends = (followed_to_end(self.motion, seed, way, self.watch) for way in (-1, 1))
+            low, high = sorted(ends, key=lambda end: end.value)
             middle = self._within(seed, (low.value + high.value) / 2)
             e = self.motion.subject.embedding
             parted = e is not None and e.shape[0] == e.shape[1] + 1
@@ -138,24 +127,19 @@ class RowCase:
         except WuchtError as error:
             return NoOrbit(self.second, str(error))
 
-    def _side(self, seed: SeedOrbit, way: int) -> OrbitSide:
-        kind, value, sentence, last, at = followed_to_end(self.motion, self.paths[0], self.bounds, seed, way, self.watch)
-        return OrbitSide(kind, value, sentence, SeedOrbit.of(*last, "the end of a branch", both_ways=True), np.asarray(at))
-
     def _within(self, seed: SeedOrbit, value: float) -> SeedOrbit:
         """The orbit of a branch at a value, or as near to it as it is followed."""
         low, high = sorted((seed.value, value))
-        if high - low < 1e-6 * (self.bounds[1] - self.bounds[0]):
+        if high - low < 1e-6 * self.motion.subject.width:
             return seed
-        cycles, start = cycles_through(replace(self.motion.subject, path=self.paths[0]), (low, high), seed)
+        cycles, start = cycles_through(replace(self.motion.subject, bounds=(low, high)), seed)
         last = _last_of(cycles, start, value > seed.value)
         return replace(SeedOrbit.of(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
 
-    def _by_collocation(self, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit) -> OrbitRow:
+    def _by_collocation(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
         """The row with stability as collocation has it, in all equations."""
-        whole = self.motion.whole or self.motion.subject
         lifted = self.motion.lifted(replace(middle, longest=_LONGEST * middle.period))
-        parts = [half_branch(whole, self.bounds, lifted, onward, False, lambda _: self.watch()) for onward in (False, True)]
+        parts = [half_branch(self.motion.whole, lifted, onward, False, lambda _: self.watch()) for onward in (False, True)]
         values = np.concatenate([p.values for p in parts])
         order = np.argsort(values)
         trusted = np.concatenate([p.trusted for p in parts])[order]
@@ -164,11 +148,11 @@ class RowCase:
         known = trusted if trusted.any() else np.ones(len(values), bool)
         return OrbitRow(self.second, sides, values[order][known], stable[known], special, middle, lifted)
 
-    def _in_section(self, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit) -> OrbitRow:
+    def _in_section(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
         """The row where one direction leads out of the section: there the exponent is a mean, right whatever the period is."""
         seed = replace(middle, longest=_LONGEST * middle.period)
-        cycles, start = cycles_through(replace(self.motion.subject, path=self.paths[0]), self.bounds, seed)
-        exponent, passed = transverse_exponent(self.motion, self.paths[0]), [start]
+        cycles, start = cycles_through(self.motion.subject, seed)
+        exponent, passed = transverse_exponent(self.motion), [start]
         for first in (start, cycles.backwards(start)):
             for cycle in cycles.walk(first):
                 self.watch()
@@ -189,11 +173,11 @@ class RowCase:
         if not isinstance(near, OrbitRow) or near.second == self.second:
             return near.middle if isinstance(near, OrbitRow) else None
         seed = near.middle
-        there = self.motion.at({self.paths[0]: seed.value}, self.paths[1]).subject
         low, high = sorted((near.second, self.second))
+        here = self.motion.at({self.motion.subject.path: seed.value}).subject
         begin = replace(seed, value=near.second, scale=np.append(seed.scale[:-1], high - low))
         try:
-            cycles, start = cycles_through(there, (low, high), begin)
+            cycles, start = cycles_through(replace(here, path=self.path, bounds=(low, high)), begin)
             last = _last_of(cycles, start, self.second > near.second)
             if not math.isclose(last.parameter, self.second, rel_tol=1e-9):
                 return None
@@ -203,11 +187,11 @@ class RowCase:
         return replace(orbit, value=seed.value, scale=seed.scale, longest=seed.longest)
 
 
-def transverse_exponent(motion: ModulatedMotion, path: str) -> Callable[[Cycle], float]:
+def transverse_exponent(motion: ModulatedMotion) -> Callable[[Cycle], float]:
     """ln mu of the one direction that leads out of the section, by an integral over an orbit."""
     whole, e = motion.whole, motion.subject.embedding
-    assert whole is not None and e is not None
-    equations = Equations.of(whole.system, [path], whole.fixed_beside(path))
+    assert e is not None
+    equations = Equations.of(whole.system, [whole.path], whole.fixed_beside(whole.path))
     out = np.linalg.qr(e, mode="complete")[0][:, -1]
 
     def exponent(cycle: Cycle) -> float:

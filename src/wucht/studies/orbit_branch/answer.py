@@ -39,7 +39,7 @@ def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
     return answer(
         quantities, _sentence(plan, findings, ends), _warnings(plan, findings),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words,
-        low=plan.case.bounds[0], high=plan.case.bounds[1], shown=plan.problem.shown, rotor=int(plan.problem.rotor),
+        low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.shown, rotor=int(plan.problem.rotor),
     )  # fmt: skip
 
 
@@ -135,7 +135,7 @@ def _of_question(plan: Plan) -> list[Quantity]:
     return [
         Quantity("along", along.path, "parameter over which branches are followed"),
         Quantity("along_unit", along.unit, "its unit"),
-        Quantity("range", list(plan.case.bounds), f"range of the {along.words}", along.unit),
+        Quantity("range", list(plan.problem.bounds), f"range of the {along.words}", along.unit),
         Quantity("inertia", problem.inertia, "whether the averaged equations keep that of the balancing bodies"),
         Quantity("section", problem.embedding is not None, "whether bodies are kept together"),
     ]

@@ -80,7 +80,7 @@ class EndingPlan(MapPlan[EndingFindings]):
         return MapParts(
             lines=tuple(Line(n, g, c.x, c.y, c.value) for n, (g, c) in zip(names, lines, strict=True)),
             marks=tuple(Mark(p.kind, POINTS[p.kind], p.x, p.y, p.value) for p in findings.points),
-            places=tuple(Place(p.x, p.y, ENDINGS.get(p.kind, UNKNOWN), p.begins, p.value) for p in findings.places),
+            places=tuple(Place(p.x, p.y, ENDINGS.get(p.kind, UNKNOWN), p.begins, p.end.value) for p in findings.places),
             areas=areas, labels=tuple(ENDINGS.get(k, UNKNOWN) for k in kinds), tones=tones,
             hatches=tuple(int(t == 1) for t in tones),
             against=tuple(Place(x, y, ENDINGS.get(k, UNKNOWN)) for x, y, k in against),
