@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, ParamSpec, Protocol, TypeVar
+
+from wucht.errors import WuchtError
 
 T = TypeVar("T")
+F = TypeVar("F")
+P = ParamSpec("P")
 Report = Callable[[float, str], None]  # the share that is done (0 to 1), and what is under way
 TaskReport = Callable[[float], None]  # the share of a task that is done, 0 to 1; may raise ``KeyboardInterrupt``
 Task = Callable[[TaskReport], T]
@@ -109,6 +113,24 @@ class Work:
         width = self.end - self.begin
         path = f"{self.name}{name}/" if name else self.name
         return replace(self, name=path, begin=self.begin + begin * width, end=self.begin + end * width)
+
+
+def or_why(make: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | str:
+    """What a function makes, or the sentence why it cannot."""
+    try:
+        return make(*args, **kwargs)
+    except WuchtError as error:
+        return str(error)
+
+
+def with_made(findings: F, into: str, made: Any, missing: str = "") -> F:
+    """Findings with one more in a field that is a tuple, or among ``lost`` with the sentence why there is none.
+
+    missing: what that sentence begins with.
+    """
+    name, more = ("lost", missing + made) if isinstance(made, str) else (into, made)
+    extended: F = replace(findings, **{name: (*getattr(findings, name), more)})  # type: ignore[type-var]
+    return extended
 
 
 def _unheard(share: float) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.branches import family_curve
+from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.family_curve import FamilyCurve
@@ -56,9 +57,9 @@ def diagram(path: str, low: float, high: float) -> tuple[BranchCase, BranchFindi
 
 def family_of(path: str, low: float, high: float) -> tuple[FamilyCurve, EquilibriumBranch]:
     case, findings, _ = diagram(path, low, high)
-    (branch,), (family,) = findings.branches, case.families
-    assert family is not None
-    return family, branch
+    (branch,) = findings.branches
+    assert isinstance(case.states, AveragedEquilibria)
+    return FamilyCurve(case.states), branch
 
 
 SLOPE, ECCENTRICITY = ("drive.slope", 1e-4, 0.05), ("drum.eccentricity", 0.002, 0.006)

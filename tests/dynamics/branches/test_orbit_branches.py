@@ -140,11 +140,15 @@ def test_steady_states_that_are_refused() -> None:
 def test_orbits_that_cannot_be_reported_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     case, (branch,) = case_of(), followed().branches
     last = [o for o in branch.kept if not o.kind]
-    made = reported(case.problem, branch.seed, [last[0]], -0.5)
-    assert isinstance(made, str) and made.startswith("the orbit at p = -0.5 is not reported: neither Newton's method nor")
+    with pytest.raises(RunError, match="neither Newton's method nor the branch leads to it"):
+        reported(case.problem, branch.seed, [last[0]], -0.5)
     monkeypatch.setattr(orbit_diagram, "reported", lambda *_: "not there")
     *_, findings = follow_orbits(case, Work())
-    assert set(findings.lost) == {"not there"} and findings.reported == ()
+    assert (
+        all(sentence.endswith(" is not reported: not there") for sentence in findings.lost)
+        and findings.lost
+        and findings.reported == ()
+    )
 
 
 def kept_at(p: float) -> StoredOrbit:

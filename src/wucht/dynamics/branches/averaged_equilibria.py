@@ -246,15 +246,7 @@ class AveragedEquilibria:
     @property
     def words(self) -> Words:
         """See ``SteadyStates``."""
-        units = self.machine.units
-        rate = f"1/{units.time}" if units.time else ""
-        shown, unit, state = "speed of the main rotor", units.speed, self.show
-        if self.show is not None and self.show.endswith(".phase"):
-            shown, unit = f"phase of {self.show.removesuffix('.phase')}", "rad" if units.time else ""
-        elif self.show is not None:
-            shown = f"speed of {self.show.removesuffix('.speed')}"
-        length = self.machine.orbit_unit if units.length else ""
-        return Words(shown, unit, state, self.inertia, units.speed, rate, length, self.averaged.warnings)
+        return Words.of(self.machine, self.averaged, self.inertia, self.show)
 
 
 def _beside(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:

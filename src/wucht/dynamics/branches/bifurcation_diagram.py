@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.equilibrium_branches import (
     EquilibriumBranch,
@@ -21,12 +20,12 @@ from wucht.dynamics.branches.equilibrium_branches import (
     stability_from_share,
 )
 from wucht.dynamics.branches.family_curve import FamilyCurve
+from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.second_parameter import BifurcationCurve, SecondParameter, curve_through, passes, starts
 from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
 from wucht.dynamics.parameters import ends_of, parameter_of, with_parameters
-from wucht.dynamics.work import Work
-from wucht.errors import RunError, WuchtError
+from wucht.dynamics.work import Work, or_why, with_made
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 
@@ -40,20 +39,19 @@ _DECADE = 10.0
 class BranchCase:
     """What is searched and followed.
 
-    curves: the states along the parameter, for each value of a second one (None where there are no such values). families:
-    those of each of these curves, None where there are none. plane: the second parameter where it has a range. values: of the
-    parameter, at which all states are searched. only: the names of states that are followed, None for all.
+    curves: the states along the parameter, for each value of a second one (None where there are no such values). plane: the
+    second parameter where it has a range. values: of the parameter, at which all states are searched. only: the names of states
+    that are followed, None for all.
     """
 
     curves: tuple[tuple[float | None, SteadyStates], ...]
-    families: tuple[FamilyCurve | None, ...]
     plane: SecondParameter | None
     values: tuple[float, ...]
     only: tuple[str, ...] | None
 
     @classmethod
     def of(
-        cls, subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings,
+        cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: BranchSettings,
         plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
     ) -> BranchCase:  # fmt: skip
         """The states of a machine, or of equations, over the parameter of a path. second: another parameter and its values.
@@ -61,11 +59,11 @@ class BranchCase:
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
         bounds = ends_of(subject, parameter_of(subject, path), bounds)
-        made = [(None, *_states(subject, path, bounds, settings))] if second is None else [
-            (v, *_states(with_parameters(subject, {second[0]: v}), path, bounds, settings)) for v in dict.fromkeys(second[1])
-        ]  # fmt: skip
-        values = _searched_values(bounds, settings.points)
-        return cls(tuple((v, states) for v, states, _ in made), tuple(f for _, _, f in made), plane, values, settings.only)
+        subjects: dict[float | None, Machine | OwnEquations] = {None: subject} if second is None else {
+            value: with_parameters(subject, {second[0]: value}) for value in second[1]
+        }  # fmt: skip
+        curves = tuple((value, _states(there, path, bounds, settings)) for value, there in subjects.items())
+        return cls(curves, plane, _searched_values(bounds, settings.points), settings.only)
 
     def wanted(self, name: str | None) -> bool:
         """Whether states of a name are followed."""
@@ -77,16 +75,13 @@ class BranchCase:
         return self.curves[0][1]
 
 
-def _states(
-    subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings
-) -> tuple[SteadyStates, FamilyCurve | None]:
+def _states(subject: Machine | OwnEquations, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
     if isinstance(subject, Machine):
-        states = AveragedEquilibria.of(subject, path, bounds, settings)
-        return states, FamilyCurve(states)
-    return SystemEquilibria.of(subject, path, bounds, settings), None
+        return AveragedEquilibria.of(subject, path, bounds, settings)
+    return SystemEquilibria.of(subject, path, bounds, settings)
 
 
-def _searched_values(bounds: tuple[float, float], points: int) -> tuple[float, ...]:
+def _searched_values(bounds: Range, points: int) -> tuple[float, ...]:
     """Values over a range, evenly or, over decades, in a constant ratio, and one near each end."""
     (low, high), between = bounds, (np.arange(points) + 0.5) / points
     inside = low * (high / low) ** between if low > 0 and high > _DECADE * low else low + (high - low) * between
@@ -170,25 +165,23 @@ Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete th
 def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
     """Search and follow; the findings after each branch."""
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
-    for k, ((second, states), family) in enumerate(zip(case.curves, case.families, strict=True)):
+    for k, (second, states) in enumerate(case.curves):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
-        findings = yield from _one(case, findings, second, states, family, part)
+        findings = yield from _one(case, findings, second, states, part)
     if case.plane is not None:
         findings = yield from _curves(case.states, case.plane, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
-def _one(
-    case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, family: FamilyCurve | None,
-    work: Work,
-) -> Stage:  # fmt: skip
+def _one(case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, work: Work) -> Stage:
     """With one value of the second parameter."""
+    family = FamilyCurve(states) if isinstance(states, AveragedEquilibria) else None
     for i, value in enumerate(case.values):
         share, at = _SEARCHING * i / len(case.values), f"{states.path} = {value:.6g}"
         work.report(share, f"searching at {states.path} = {value:.5g}")
         watch = partial(work.report, share, "searching")
-        search = work.unit(f"states at {value!r}", partial(_searched, states, value, watch))
+        search = work.unit(f"states at {value!r}", partial(or_why, states.states_at, value, watch))
         findings = replace(findings, searched=(*findings.searched, SearchedValue.of(value, second, search)))
         yield findings
         if isinstance(search, str):
@@ -198,14 +191,14 @@ def _one(
             if findings.full(second) or family is None:
                 continue
             if not any(family.same(b, state, value) for b in known if b.dimension):
-                branch = work.unit(f"family {len(known)}", partial(_family, family, state, value))
+                branch = work.unit(f"family {len(known)}", partial(or_why, family.branch, state, value))
                 findings = findings.joined(branch, at, second)
                 yield findings
         for u in search.points:
             known = findings.at(second)
             if findings.full(second) or not case.wanted(states.kind(u).name) or lies_on(states, known, u):
                 continue
-            branch = work.unit(f"branch from {u.tolist()!r}", partial(_from, states, u, None))
+            branch = work.unit(f"branch from {u.tolist()!r}", partial(or_why, _from, states, u, None))
             # A state that is a special point itself may belong to a known branch and yet not be recognised on it.
             if isinstance(branch, str) or not repeats(states, known, branch):
                 findings = findings.joined(branch, at, second)
@@ -232,7 +225,7 @@ def _offshoots(
         if lies_on(states, known, u) or not case.wanted(states.kind(u).name):
             continue
         # Near the branch point where they cross, two branches are not yet told apart: the whole one is.
-        branch = work.unit(f"offshoot {u.tolist()!r}", partial(_from, states, u, towards))
+        branch = work.unit(f"offshoot {u.tolist()!r}", partial(or_why, _from, states, u, towards))
         if isinstance(branch, str) or not repeats(states, known, branch):
             findings = findings.joined(branch, f"{states.path} = {float(u[-1]):.6g}", second)
             yield findings
@@ -247,38 +240,17 @@ def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindi
         work.report(0.5 + 0.5 * k / len(special), f"{of}s in two parameters")
         if any(passes(states, second, c, of, u) for c in findings.curves):
             continue
-        curve = work.unit(f"curve {k}", partial(curve_through, states, second, of, kind, u))
-        if isinstance(curve, str):
-            sentence = f"the {of} at {states.path} = {u[-1]:.6g} is not followed as {second.path} changes: {curve}"
-            findings = replace(findings, lost=(*findings.lost, sentence))
-        else:
-            findings = replace(findings, curves=(*findings.curves, curve))
+        curve = work.unit(f"curve {k}", partial(or_why, curve_through, states, second, of, kind, u))
+        missing = f"the {of} at {states.path} = {u[-1]:.6g} is not followed as {second.path} changes: "
+        findings = with_made(findings, "curves", curve, missing)
         yield findings
     return findings
 
 
-def _searched(states: SteadyStates, value: float, watch: partial[None]) -> StatesAtValue | str:
-    """All states at a value, or why they cannot be found there."""
-    try:
-        return states.states_at(value, watch)
-    except WuchtError as error:
-        return str(error)
-
-
-def _from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch | str:
-    """The branch through a point near u, in a direction where one is given; or why there is none."""
+def _from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch:
+    """The branch through a point near u, in a direction where one is given. Raises ``RunError`` where there is none."""
     problem = states.equilibria
-    try:
-        return branch_through(states, problem.start(u[:-1], u[-1]) if towards is None else problem.curve.start(u, towards))
-    except RunError as error:
-        return str(error)
-
-
-def _family(family: FamilyCurve, state: State, value: float) -> EquilibriumBranch | str:
-    try:
-        return family.branch(state, value)
-    except RunError as error:
-        return str(error)
+    return branch_through(states, problem.start(u[:-1], u[-1]) if towards is None else problem.curve.start(u, towards))
 
 
 def _nominal(

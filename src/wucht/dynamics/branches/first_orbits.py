@@ -13,14 +13,14 @@ from wucht.dynamics.branches.steady_states import Watch
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equilibria import HOPF, Equilibria, Equilibrium
+from wucht.numerics.continuation.equilibria import HOPF
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.periods import equilibrium_equations
+from wucht.numerics.periodic.hopf_ends import equilibria_of
 from wucht.numerics.recurrence import recurrence, rests
 from wucht.system import System
 
@@ -183,14 +183,10 @@ def orbits_of_hopf_points(
             period = 2 * np.pi / float(pair[np.abs(pair.real).argmin()].imag)
             cycles = _first_cycles(subject, np.zeros(len(u) - 1, int), sizes, period, longest)
             where = f"the Hopf point at {subject.path} = {u[-1]:.6g}"
+            equilibria = equilibria_of(cycles.equations)
             try:
-                found.append(SeedOrbit.of(cycles, cycle_at_hopf(cycles, _equilibrium(cycles, u)), where, both_ways=True))
+                hopf = equilibria.seen(equilibria.start(u[:-1], float(u[-1])))
+                found.append(SeedOrbit.of(cycles, cycle_at_hopf(cycles, hopf), where, both_ways=True))
             except WuchtError as error:
                 found.append(f"the branch from {where} is not followed: {error}")
     return tuple(found)
-
-
-def _equilibrium(cycles: Cycles, u: np.ndarray) -> Equilibrium:
-    """A Hopf point as ``cycle_at_hopf`` takes it."""
-    equilibria = Equilibria(equilibrium_equations(cycles.equations), cycles.bounds)
-    return equilibria.seen(equilibria.start(u[:-1], float(u[-1])))

@@ -158,20 +158,15 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
 def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycle]:
     """The branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
     cycles = cycles_of(problem, seed.winding, seed.scale, seed.longest)
-    return cycles, first_cycle(cycles, seed)
-
-
-def first_cycle(cycles: Cycles, seed: SeedOrbit) -> Cycle:
-    """The first orbit of a branch. Raises ``RunError``."""
     u = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
-    problem = cycles.problem(seed.mesh, seed.period)
-    problem = replace(problem, reference=problem.referred(u))
+    on_mesh = cycles.problem(seed.mesh, seed.period)
+    on_mesh = replace(on_mesh, reference=on_mesh.referred(u))
     towards = seed.towards
     if not len(towards):
         towards = np.zeros(len(u))
-        towards[-1] = problem.scale[-1]
-    curve = cycles.curve(problem)
-    return cycles.seen(curve, curve.start(u, towards))
+        towards[-1] = on_mesh.scale[-1]
+    curve = cycles.curve(on_mesh)
+    return cycles, cycles.seen(curve, curve.start(u, towards))
 
 
 def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:

@@ -13,7 +13,7 @@ from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, connections_at
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.state_rows import OrbitRow
-from wucht.errors import RunError, WuchtError
+from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve
@@ -43,22 +43,19 @@ class OrbitCurve:
         return bool(k in (0, len(self.y) - 1) and 0 < abs(self.y[k] - y) < near[1] and abs(self.x[k] - x) < near[0])
 
 
-def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, special: StoredOrbit) -> OrbitCurve | str:
-    """The curve through a special orbit of a row, both ways; or why there is none. motion: at the row."""
+def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, special: StoredOrbit) -> OrbitCurve:
+    """The curve through a special orbit of a row, both ways. motion: at the row. Raises ``WuchtError`` where there is none."""
     subject, seed = motion.whole, row.whole
     paths, bounds = (subject.path, second.path), (subject.bounds, second.bounds)
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
     sizes = dict(zip(subject.system.state_names, seed.scale[:-1].tolist(), strict=True)) | widths
     longest = _LONGEST * special.period
-    try:
-        at = _located(*cycles_through(subject, replace(seed, longest=longest)), special)
-        of = CycleCurve.of(
-            special.kind, subject.system, paths, subject.fixed_beside(*paths), bounds,
-            winding=subject.turns(seed.winding), scale=sizes, periods=(0.0, longest),
-        )  # fmt: skip
-        return _both_ways(special.kind, of, of.start(at, row.second))
-    except WuchtError as error:
-        return str(error)
+    at = _located(*cycles_through(subject, replace(seed, longest=longest)), special)
+    of = CycleCurve.of(
+        special.kind, subject.system, paths, subject.fixed_beside(*paths), bounds,
+        winding=subject.turns(seed.winding), scale=sizes, periods=(0.0, longest),
+    )  # fmt: skip
+    return _both_ways(special.kind, of, of.start(at, row.second))
 
 
 def _located(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle:
@@ -76,9 +73,6 @@ def _both_ways(kind: str, of: Any, start: Any) -> OrbitCurve:
     return OrbitCurve(kind, x, y)
 
 
-def connection_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, end: OrbitEnd) -> OrbitCurve | str:
-    """The curve of saddle connections through the end of a row, both ways; or why there is none."""
-    try:
-        return _both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))
-    except WuchtError as error:
-        return str(error)
+def connection_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, end: OrbitEnd) -> OrbitCurve:
+    """The curve of saddle connections through the end of a row, both ways. Raises ``WuchtError`` where there is none."""
+    return _both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))

@@ -15,8 +15,8 @@ from wucht.dynamics.branches.orbit_branches import HalfBranch, PeriodicBranch, S
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.single_orbits import ReportedOrbit, near, reported
 from wucht.dynamics.branches.steady_states import BranchSettings
-from wucht.dynamics.work import Work
-from wucht.errors import InputError, RunError
+from wucht.dynamics.work import Work, or_why, with_made
+from wucht.errors import InputError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import CLOSED
@@ -62,7 +62,7 @@ def _steady(subject: Machine | OwnEquations, problem: OrbitProblem, settings: Or
     if not isinstance(subject, Machine) and settings.ranges is None:
         return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
     only = ("together",) if settings.together else None
-    of = BranchSettings(_SEARCHED, only, problem.show, settings.ranges, problem.inertia)
+    of = BranchSettings(_SEARCHED, only, problem.words.state, settings.ranges, problem.words.inertia)
     try:
         return BranchCase.of(subject, problem.path, problem.bounds, of), ""
     except InputError as error:
@@ -113,7 +113,7 @@ def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
         watch = partial(work.report, share, "a run until it settles")
         run_there = partial(orbit_of_run, problem, value, settings.until, settings.longest, watch)
         tried = work.unit(f"run at {value!r}", run_there)
-        findings = replace(findings, tried=(*findings.tried, tried))
+        findings = with_made(findings, "tried", tried)
         yield findings
         if tried.orbit is not None:
             findings = yield from _followed(case, tried.orbit, findings, work)
@@ -139,9 +139,9 @@ def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: 
         for onward in (True, False) if not len(seed.towards) else (True,):
             name = f"branch {k} {'onward' if onward else 'backward'} from {seed.begun}"
             part = work.part(name, _FIRST, _BRANCHES)
-            half = part.unit("", partial(_half_branch, case, seed, onward, part))
+            half = part.unit("", partial(or_why, _half_branch, case, seed, onward, part))
             if isinstance(half, str):
-                findings = replace(findings, lost=(*findings.lost, half))
+                findings = with_made(findings, "branches", half, f"the branch from {seed.begun} is not followed: ")
                 break
             halves.append(half)
             if half.end.kind == CLOSED:
@@ -152,7 +152,7 @@ def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: 
         made = PeriodicBranch(seed, halves[1] if len(halves) > 1 else None, halves[0])
         if len(seed.towards) and any(branch.repeated_by(made) for branch in findings.branches):
             continue
-        findings = replace(findings, branches=(*findings.branches, made))
+        findings = with_made(findings, "branches", made)
         findings, more = _split(findings, [o for half in halves for o in half.offshoots])
         yield findings
         pending += more
@@ -165,7 +165,7 @@ def _split(findings: OrbitFindings, seeds: Sequence[SeedOrbit | str]) -> tuple[O
     return replace(findings, lost=(*findings.lost, *lost)), [one for one in seeds if not isinstance(one, str)]
 
 
-def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> HalfBranch | str:
+def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> HalfBranch:
     low, high = case.problem.bounds
     begin, to = seed.value, high if onward else low
 
@@ -173,10 +173,7 @@ def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> 
         done = abs(value - begin) / max(abs(to - begin), 1e-300)
         work.report(min(done, 1.0), f"orbits, {case.problem.path} = {value:.6g}")
 
-    try:
-        return half_branch(case.problem, seed, onward, case.settings.switch, watch)
-    except RunError as error:
-        return f"the branch from {seed.begun} is not followed: {error}"
+    return half_branch(case.problem, seed, onward, case.settings.switch, watch)
 
 
 def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
@@ -185,11 +182,10 @@ def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
     for i, (k, value, beside) in enumerate(wanted):
         work.report(_BRANCHES + (1 - _BRANCHES) * i / len(wanted), f"exponents at {case.problem.path} = {value:.6g}")
         seed = findings.branches[k].seed
-        one = work.unit(f"orbit {i} of branch {k} at {value!r}", partial(reported, case.problem, seed, beside, value))
-        if isinstance(one, str):
-            findings = replace(findings, lost=(*findings.lost, one))
-        else:
-            findings = replace(findings, reported=(*findings.reported, (k, one)))
+        make = partial(or_why, reported, case.problem, seed, beside, value)
+        one = work.unit(f"orbit {i} of branch {k} at {value!r}", make)
+        missing = f"the orbit at {case.problem.path} = {value:.6g} is not reported: "
+        findings = with_made(findings, "reported", one if isinstance(one, str) else (k, one), missing)
         yield findings
     return findings
 

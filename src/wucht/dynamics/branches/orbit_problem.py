@@ -12,6 +12,7 @@ from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_ine
 from wucht.analysis.configurations.steady_machine import turning as steady_machine
 from wucht.analysis.sections import Section, section_of
 from wucht.dynamics.branches.plane_regions import Range
+from wucht.dynamics.branches.steady_states import Words
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.errors import InputError, nearest
 from wucht.files.own_equations import OwnEquations
@@ -46,8 +47,7 @@ class OrbitProblem:
 
     system: without outputs. values: of its parameters. path, bounds: of the one over which orbits are followed. initial: its
     value -> state (n,) to run from. observables: states (n, K) and its value -> what is drawn and the amplitude (2, K), the
-    latter not a number where there is none. show: the state that is drawn, None: the main rotor's speed. unit, length, time:
-    units. inertia: of a machine's balancing bodies.
+    latter not a number where there is none. words: how they are written.
     embedding: (n_whole, n), where these are kept together, the states of all averaged equations from these.
     """
 
@@ -57,13 +57,8 @@ class OrbitProblem:
     bounds: Range
     initial: Callable[[float], np.ndarray]
     observables: Callable[[np.ndarray, float], np.ndarray]
-    show: str | None
-    unit: str
-    length: str
-    time: str
-    inertia: bool | None = None
+    words: Words
     embedding: np.ndarray | None = None
-    warnings: tuple[str, ...] = field(default_factory=tuple)
 
     @classmethod
     def of(cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
@@ -78,12 +73,7 @@ class OrbitProblem:
     @property
     def rotor(self) -> bool:
         """Whether the main rotor's speed is drawn."""
-        return self.show is None
-
-    @property
-    def shown(self) -> str:
-        """What is drawn, in words."""
-        return "speed of the main rotor" if self.show is None else f"state {self.show}"
+        return self.words.state is None
 
     @property
     def turning(self) -> np.ndarray:
@@ -127,13 +117,9 @@ def _of_machine(settings: OrbitSettings, machine: Machine, path: str, bounds: Ra
         whole = slow.state(angles_in(at, state), speeds_in(at, state))
         return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]
 
-    units = steady.units
-    return OrbitProblem(
-        system=system, values=steady.values, path=path, bounds=bounds, initial=initial,
-        observables=_observables(averaged, part, path, steady), show=None,
-        unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
-        inertia=inertia, embedding=None if part is None else part.embedding, warnings=averaged.warnings,
-    )  # fmt: skip
+    observables, embedding = _observables(averaged, part, path, steady), None if part is None else part.embedding
+    words = Words.of(steady, averaged, inertia)
+    return OrbitProblem(system, steady.values, path, bounds, initial, observables, words, embedding)
 
 
 def _bare(system: System) -> System:
@@ -174,7 +160,7 @@ def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str, bou
     def observables(states: np.ndarray, value: float) -> np.ndarray:
         return np.array([states[row], np.full(states.shape[1], np.nan)])
 
-    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, show, "", "", "")
+    return OrbitProblem(system, subject.values, path, bounds, lambda _: start, observables, Words(f"state {show}", "", show))
 
 
 def _number(given: object, where: str) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import ON, RANGE_ENDS, EquilibriumBranch, end_in_words
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
-from wucht.errors import RunError, WuchtError
+from wucht.errors import WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
 from wucht.numerics.continuation.fold_curves import FoldPairs, Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
@@ -55,16 +55,13 @@ def starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.nd
     ]
 
 
-def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: Kind, u: np.ndarray) -> BifurcationCurve | str:
-    """The curve through a fold or Hopf point, followed both ways; or why it cannot be followed."""
+def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: Kind, u: np.ndarray) -> BifurcationCurve:
+    """The curve through a fold or Hopf point, followed both ways. Raises ``RunError`` where it cannot be followed."""
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     problem = states.equilibria
     bounds = (states.bounds, second.bounds)
     more: Folds | HopfPoints = (Folds if of == FOLD else HopfPoints)(equations, bounds, problem.steps, dict(problem.limits))
-    try:
-        curve = more.branch(more.start(u[:-1], (float(u[-1]), second.value)))
-    except RunError as error:
-        return str(error)
+    curve = more.branch(more.start(u[:-1], (float(u[-1]), second.value)))
     points = curve.points
     ends = curve.ends if curve.closed else tuple(
         _in_words(states, second, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True)

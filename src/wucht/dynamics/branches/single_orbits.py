@@ -56,15 +56,12 @@ def near(kept: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, .
     return [*((k,) for k in kept if k.value == value), *map(tuple, beside)]
 
 
-def reported(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit | str:
-    """The orbit at a value beside some that were kept, or why it is not found."""
+def reported(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit:
+    """The orbit at a value beside some that were kept. Raises ``RunError`` where it is not found."""
     cycles = cycles_of(subject, seed.winding, seed.scale, 2 * seed.longest)
-    try:
-        # At a special orbit the equations are singular, and it was located as well as it can be.
-        found = beside[0] if beside[0].kind else stored_orbit(_at(cycles, beside, value))
-        values, along = _exponents(subject, found, value)
-    except RunError as error:
-        return f"the orbit at {subject.path} = {value:.6g} is not reported: {error}"
+    # At a special orbit the equations are singular, and it was located as well as it can be.
+    found = beside[0] if beside[0].kind else stored_orbit(_at(cycles, beside, value))
+    values, along = _exponents(subject, found, value)
     mesh, tau, fine = found.mesh, np.linspace(0.0, 1.0, _PLACES), np.linspace(0.0, 1.0, _FINE)
     shown, amplitude = subject.observables(mesh.at(found.states, tau).T, value)
     low, high, least, largest = (

@@ -28,7 +28,7 @@ from wucht.dynamics.branches.second_parameter import (
 from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, SteadyRow, steady_row
 from wucht.dynamics.branches.steady_states import BranchSettings, Watch
 from wucht.dynamics.parameters import with_parameters
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import Work, or_why, with_made
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -141,19 +141,16 @@ def _steady(case: StateMapCase, findings: StateFindings, second: float, values: 
     """A row of steady states, and the curves through their folds and Hopf points that are not known yet."""
     row = case.row(second)
     *_, steady = follow_branches(row, part)
-    findings = replace(findings, rows=(*findings.rows, steady_row(second, steady.branches, values)))
+    findings = with_made(findings, "rows", steady_row(second, steady.branches, values))
     yield findings
     states, other = row.states, case.second(second)
     for k, (of, kind, u) in enumerate(starts(steady.branches)):
         if any(passes(states, other, c, of, u) for c in findings.curves):
             continue
         part.report(0.5, f"{of}s in both parameters")
-        curve = work.unit(f"curve {second!r} {k}", partial(curve_through, states, other, of, kind, u))
-        if isinstance(curve, str):
-            at = f"the {of} at {case.paths[0]} = {u[-1]:.6g}, {case.paths[1]} = {second:.6g}"
-            findings = replace(findings, lost=(*findings.lost, f"{at} is not followed: {curve}"))
-        else:
-            findings = replace(findings, curves=(*findings.curves, curve))
+        curve = work.unit(f"curve {second!r} {k}", partial(or_why, curve_through, states, other, of, kind, u))
+        at = f"the {of} at {case.paths[0]} = {u[-1]:.6g}, {case.paths[1]} = {second:.6g}"
+        findings = with_made(findings, "curves", curve, f"{at} is not followed: ")
         yield findings
     return findings
 
@@ -206,12 +203,12 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             watch()
             make = partial(case.orbits_at(seconds[k], watch).further_row, beside, tuple(given))
             made[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
-            findings = replace(findings, orbits=(*findings.orbits, made[k]))
+            findings = with_made(findings, "orbits", made[k])
             yield findings
             findings = yield from _curves_of(case, findings, made[k], work, _ORBITS)
         if not any(isinstance(row, OrbitRow) for row in made.values()):
             lost = f"the modulated motion that runs reach, such as {mine[0][1].begun}, is not followed over the plane"
-            return replace(findings, lost=(*findings.lost, lost))
+            return with_made(findings, "orbits", lost)
     return findings
 
 
@@ -257,9 +254,9 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
     there, second = case.motion_at(row.second), case.second(row.second)
     width, spacing = (high - low for low, high in case.bounds)
     beside = 0.1 * width, 1.5 * spacing / case.cells
-    wanted = [(k.kind, k.value, partial(orbit_curve, there, second, row, k)) for k in row.special]
+    wanted = [(k.kind, k.value, partial(or_why, orbit_curve, there, second, row, k)) for k in row.special]
     wanted += [
-        (SADDLE_CONNECTION, s.value, partial(connection_curve, there, second, row, s))
+        (SADDLE_CONNECTION, s.value, partial(or_why, connection_curve, there, second, row, s))
         for s in row.sides if s.kind == SADDLE_CONNECTION
     ]  # fmt: skip
     for kind, value, make in wanted:
@@ -270,13 +267,9 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
             continue
         work.report(share, f"the curve of the {kind.replace('-', ' ')}s of modulated motions")
         made = work.unit(f"{kind} {value!r} {row.second!r}", make)
-        if isinstance(made, str):
-            at = f"at {case.paths[0]} = {value:.6g}, {case.paths[1]} = {row.second:.6g}"
-            findings = replace(
-                findings, lost=(*findings.lost, f"the {kind} of the modulated motion {at} is not followed: {made}")
-            )
-        else:
-            findings = replace(findings, orbit_curves=(*findings.orbit_curves, made))
+        at = f"at {case.paths[0]} = {value:.6g}, {case.paths[1]} = {row.second:.6g}"
+        missing = f"the {kind} of the modulated motion {at} is not followed: "
+        findings = with_made(findings, "orbit_curves", made, missing)
         yield findings
     return findings
 
@@ -327,7 +320,7 @@ def _extra(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
         if case.motion is not None:
             near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
             made = _orbit_row(case, part, y, near, _ORBITS, "modulated motions in a small region")
-            findings = _with_runs(case, replace(findings, orbits=(*findings.orbits, made)), part, [x], y, _ORBITS)
-        findings = replace(findings, extra=(*findings.extra, (x, y)))
+            findings = _with_runs(case, with_made(findings, "orbits", made), part, [x], y, _ORBITS)
+        findings = with_made(findings, "extra", (x, y))
         yield findings
     return findings

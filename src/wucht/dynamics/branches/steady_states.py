@@ -8,7 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from wucht.analysis.averaged import AveragedMachine
 from wucht.analysis.configurations.closed_form import State
+from wucht.machines.machine import Machine
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 
@@ -66,8 +68,8 @@ class Ordinates:
 @dataclass(frozen=True)
 class Words:
     """How results are written. shown: what is drawn, and its unit. state: its name, None where that is the main rotor's speed.
-    inertia: whether the averaged equations have that of the balancing bodies, None where there are none. speed, rate, length:
-    units of speeds, of exponents and of the amplitude.
+    inertia: whether the averaged equations have that of the balancing bodies, None where there are none. speed, time, length:
+    units of speeds, of times and of the amplitude.
     """
 
     shown: str
@@ -75,9 +77,26 @@ class Words:
     state: str | None
     inertia: bool | None = None
     speed: str = ""
-    rate: str = ""
+    time: str = ""
     length: str = ""
     warnings: tuple[str, ...] = field(default_factory=tuple)
+
+    @classmethod
+    def of(cls, machine: Machine, averaged: AveragedMachine, inertia: bool, state: str | None = None) -> Words:
+        """Of a machine. state: that is drawn; None: the main rotor's speed."""
+        units = machine.units
+        shown, unit = "speed of the main rotor", units.speed
+        if state is not None and state.endswith(".phase"):
+            shown, unit = f"phase of {state.removesuffix('.phase')}", "rad" if units.time else ""
+        elif state is not None:
+            shown = f"speed of {state.removesuffix('.speed')}"
+        length = machine.orbit_unit if units.length else ""
+        return cls(shown, unit, state, inertia, units.speed, units.time, length, averaged.warnings)
+
+    @property
+    def rate(self) -> str:
+        """The unit of exponents."""
+        return f"1/{self.time}" if self.time else ""
 
 
 def in_words(speeds: tuple[float, float], unit: str) -> str:

@@ -14,7 +14,7 @@ from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.branch_keys import with_values
 from wucht.studies.orbit_branch.computation import Plan
-from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady, rate_unit
+from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
     return answer(
         quantities, _sentence(plan, findings, ends), _warnings(plan, findings),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words,
-        low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.shown, rotor=int(plan.problem.rotor),
+        low=plan.problem.bounds[0], high=plan.problem.bounds[1], shown=plan.problem.words.shown, rotor=int(plan.problem.rotor),
     )  # fmt: skip
 
 
@@ -136,13 +136,13 @@ def _of_question(plan: Plan) -> list[Quantity]:
         Quantity("along", along.path, "parameter over which branches are followed"),
         Quantity("along_unit", along.unit, "its unit"),
         Quantity("range", list(plan.problem.bounds), f"range of the {along.words}", along.unit),
-        Quantity("inertia", problem.inertia, "whether the averaged equations keep that of the balancing bodies"),
+        Quantity("inertia", problem.words.inertia, "whether the averaged equations keep that of the balancing bodies"),
         Quantity("section", problem.embedding is not None, "whether bodies are kept together"),
     ]
 
 
 def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchEnd]]) -> list[Quantity]:
-    s, value, rate = plan.problem, (plan.along.words, plan.along.unit), rate_unit(plan)
+    s, value = plan.problem.words, (plan.along.words, plan.along.unit)
     place = {plan.along.path: value, "value": value, "branch": ("branch", ""), "period": ("period", s.time)}
     motion = {
         "kind": ("kind of the special orbit", ""), "period_phi": ("period in the angle of the main rotor", ""),
@@ -151,13 +151,13 @@ def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, Branch
     of_one = {
         "min_amplitude": ("least amplitude of the axis", s.length),
         "max_amplitude": ("largest amplitude of the axis", s.length), "stable": ("whether it is stable", ""),
-        "exponents": ("exponents", rate), "exponents_phi": ("exponents over the angle of the main rotor", ""),
+        "exponents": ("exponents", s.rate), "exponents_phi": ("exponents over the angle of the main rotor", ""),
     }  # fmt: skip
     hidden = {"hidden": ("kind of a point that was not located", ""), "between": value}
     of_ends = {
         "kind": ("kind of the end", ""), "error": (f"error of {value[0]}", value[1]), "sentence": ("how the branch ends", ""),
-        "state": ("states of the equilibrium there", ""), "eigenvalues": ("eigenvalues of the equilibrium there", rate),
-        "laws": ("laws of the period", ""), "critical": value, "rate": ("rate of a connection's law", rate),
+        "state": ("states of the equilibrium there", ""), "eigenvalues": ("eigenvalues of the equilibrium there", s.rate),
+        "laws": ("laws of the period", ""), "critical": value, "rate": ("rate of a connection's law", s.rate),
     }  # fmt: skip
     of_branches = {
         "begun": ("where the branch was begun", ""), "range": value, "winding": ("turns of the angles in a period", ""),
@@ -202,7 +202,7 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
 
 def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
     """What is left out, doubtful, or not yet done."""
-    lines = [*plan.problem.warnings, *findings.lost[:_MOST_LOST]]
+    lines = [*plan.problem.words.warnings, *findings.lost[:_MOST_LOST]]
     if len(findings.lost) > _MOST_LOST:
         lines.append(f"so are {len(findings.lost) - _MOST_LOST} more")
     if plan.case.without and findings.branches and not plan.case.without.startswith("equilibria"):

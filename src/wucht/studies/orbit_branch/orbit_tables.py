@@ -17,11 +17,6 @@ from wucht.studies.orbit_branch.computation import Plan
 _ANGLE = "angle of the main rotor"
 
 
-def rate_unit(plan: Plan) -> str:
-    """Of exponents."""
-    return f"1/{plan.problem.time}" if plan.problem.time else ""
-
-
 def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
     """Periods in the main rotor's angle (N,); not numbers of a system."""
     return np.asarray(periods * np.abs(mean) if plan.problem.rotor else np.full(len(periods), math.nan))
@@ -29,7 +24,7 @@ def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
 
 def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
     """All orbits of all branches."""
-    s, n = plan.problem, len(plan.problem.system.states)
+    s, n = plan.problem.words, len(plan.problem.system.states)
     values, periods, mean, low, high, least, largest = (
         joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
     )
@@ -52,16 +47,16 @@ def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
         Quantity("stable", stable.astype(np.int8), "stable", "", "point"),
         Quantity("at_special", special.astype(np.int8), "a special point", "", "point"),
         Quantity("branch", numbers.astype(int), "branch", "", "point"),
-        Quantity("exponent_re", rates.real, "real part of an exponent, by collocation", rate_unit(plan), "exponent point"),
-        Quantity("exponent_im", rates.imag, "imaginary part of an exponent, by collocation", rate_unit(plan), "exponent point"),
+        Quantity("exponent_re", rates.real, "real part of an exponent, by collocation", s.rate, "exponent point"),
+        Quantity("exponent_im", rates.imag, "imaginary part of an exponent, by collocation", s.rate, "exponent point"),
     ]
 
 
 def of_reported(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """The orbits that are reported, and how they run."""
-    s, n = plan.problem, len(plan.problem.system.states)
+    s, n = plan.problem.words, len(plan.problem.system.states)
     orbits = [one for _, one in findings.reported]
-    exponents, rate = joined([o.exponents[:, None] for o in orbits], n - 1), rate_unit(plan)
+    exponents, rate = joined([o.exponents[:, None] for o in orbits], n - 1), s.rate
     shape = (len(orbits), len(orbits[0].shown) if orbits else 0)
     times = [np.linspace(0.0, o.period, shape[1]) for o in orbits]
     table = {name: np.array(rows, float).reshape(shape) for name, rows in (
@@ -87,11 +82,11 @@ def of_reported(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
 
 def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]:
     """How the branches end."""
-    s = plan.problem
+    s = plan.problem.words
     laws = [(e.saddle_node, e.connection) for _, e in ends]
     residuals = [[math.nan if law is None else law.residual for law in pair] for pair in laws]
     seen = [
-        s.observables(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan)
+        plan.problem.observables(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan)
         for _, e in ends
     ]
     shown, residual = (np.array(rows, float).reshape(len(ends), 2) for rows in (seen, residuals))
@@ -108,6 +103,6 @@ def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]
 
 def of_steady(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
     """The branches of steady states beside those of orbits."""
-    s, steady = plan.problem, findings.steady
+    s, steady = plan.problem.words, findings.steady
     seen = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]
     return of_steady_branches("steady", "steady_", steady, seen, plan.along, (s.shown, s.unit, s.length))
