@@ -32,8 +32,7 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.recurrence import rests
 from wucht.studies.runner import run
-from wucht.studies.stability_map.computation import prepare
-from wucht.studies.stability_map.ending_plan import EndingPlan
+from wucht.studies.stability_map.computation import EndingPlan, prepare
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.studies.study_file import read_study
 

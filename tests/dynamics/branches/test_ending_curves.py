@@ -13,10 +13,11 @@ from scipy.integrate import solve_ivp
 import wucht
 from known_connections import BETWEEN, GOMPERTZ
 from wucht.dynamics.branches import ending_curves
-from wucht.dynamics.branches.ending_curves import BOTH, DOUBLE, RETURNS, TO_SADDLE, EndingCurve, EndingPoint, Plane
+from wucht.dynamics.branches.ending_curves import BOTH, RETURNS, TO_SADDLE, Plane
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.plane_regions import DOUBLE, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
 from wucht.errors import RunError
@@ -70,7 +71,6 @@ def test_the_curves_that_begin_there() -> None:
     point, curves = ending_curves._from_double(motion(), PLANE, double(), lost, watched.append)
     assert (point.kind, lost) == (DOUBLE, [])
     assert (point.x, point.y, point.value) == pytest.approx((0.0, 0.0, 0.0), abs=1e-8)
-    np.testing.assert_allclose(point.states, [[0.0, 0.0], [1.0, 0.0]], atol=1e-8)
     assert [c.kind for c in curves] == [TO_SADDLE, BOTH, BOTH]
     saddle, *both = curves
     np.testing.assert_allclose([saddle.x[0], saddle.y[0]], 0.0, atol=1e-8)
@@ -136,7 +136,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(ending_curves, "waiting", lambda *_: Waiting(0.5, 0.3, np.array([0.7, 0.0])))
     monkeypatch.setattr(ending_curves, "rest_of", lambda *_: (np.array([0.0, 2.0]), np.zeros((2, 2))))
-    monkeypatch.setattr(ending_curves, "_pairs", lambda *_: SimpleNamespace(near=near))
+    monkeypatch.setattr(ending_curves, "FoldPairs", lambda *_: SimpleNamespace(near=near))
     times = list[float]()
 
     def connections(_: Any, __: Any, time: float, folds: Any) -> Any:
@@ -260,8 +260,8 @@ def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
 
     monkeypatch.setattr(ending_curves, "_limit", lambda *_: (connections, first))
     monkeypatch.setattr(ending_curves, "_returning", half)
-    third = EndingCurve("third", np.zeros(2), np.zeros(2), np.zeros(2))
-    point = EndingPoint(DOUBLE, at, 0.0, 0.0, np.zeros((2, 2)))
+    third = PlaneCurve("third", np.zeros(2), np.zeros(2), np.zeros(2))
+    point = PlanePoint(DOUBLE, at, 0.0, 0.0)
     monkeypatch.setattr(ending_curves, "_from_double", lambda *_: (point, [third]))
     found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
     assert looks == [True, False] and found.points == (point,) and found.curves[1:] == (third,)

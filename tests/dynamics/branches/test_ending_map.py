@@ -14,17 +14,17 @@ import pytest
 import wucht
 from known_connections import LOOP
 from wucht.dynamics.branches import ending_map, orbit_endings
-from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, EndingCurves, EndingPoint, Plane
+from wucht.dynamics.branches.ending_curves import RETURNS, Plane
 from wucht.dynamics.branches.ending_map import (
     EndingFindings,
     EndingMapCase,
     map_endings,
-    passes_between,
     unexplained,
 )
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.plane_regions import CurvesAndPoints, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
@@ -229,9 +229,9 @@ def test_a_run_begins_just_beyond_a_fold_and_nearer_if_that_is_outside(monkeypat
     assert sentences[-1] == "nothing at 0.997"
 
 
-def straight(x: float, low: float = -2.0, high: float = 2.0) -> EndingCurve:
+def straight(x: float, low: float = -2.0, high: float = 2.0) -> PlaneCurve:
     y = np.linspace(low, high, 5)
-    return EndingCurve(RETURNS, np.full(5, x), y, 0 * y)
+    return PlaneCurve(RETURNS, np.full(5, x), y, 0 * y)
 
 
 def at(x: float, y: float, kind: str) -> OrbitEnding:
@@ -239,14 +239,14 @@ def at(x: float, y: float, kind: str) -> OrbitEnding:
 
 
 def test_a_curve_crosses_the_way_between_two_places() -> None:
-    a, b = at(0.0, 0.0, ""), at(1.0, 0.5, "")
-    assert passes_between(straight(0.5), a, b) and passes_between(straight(0.5), b, a)
-    assert not passes_between(straight(1.5), a, b) and not passes_between(straight(-0.5), a, b)
-    assert not passes_between(straight(0.5, 0.4, 2.0), a, b)
+    a, b = (0.0, 0.0), (1.0, 0.5)
+    assert straight(0.5).passes_between(a, b) and straight(0.5).passes_between(b, a)
+    assert not straight(1.5).passes_between(a, b) and not straight(-0.5).passes_between(a, b)
+    assert not straight(0.5, 0.4, 2.0).passes_between(a, b)
 
 
 def planned(
-    monkeypatch: pytest.MonkeyPatch, kinds: list[str], made: Callable[[OrbitEnding, OrbitEnding], EndingCurves], cells: int
+    monkeypatch: pytest.MonkeyPatch, kinds: list[str], made: Callable[[OrbitEnding, OrbitEnding], CurvesAndPoints], cells: int
 ) -> list[EndingFindings]:
     """Stages of a map of x, y from -1.5 to 1.5, of so many cells a side, whose places end as is given, row by row."""
     plane = Plane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
@@ -263,9 +263,9 @@ S, N = SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 def test_curves_begin_next_to_the_middle_and_three_times_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[tuple[OrbitEnding, OrbitEnding]]()
 
-    def made(connected: OrbitEnding, other: OrbitEnding) -> EndingCurves:
+    def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
         asked.append((connected, other))
-        return EndingCurves(lost=(f"lost {len(asked)}",))
+        return CurvesAndPoints(lost=(f"lost {len(asked)}",))
 
     stages = planned(monkeypatch, [S, N, S, S, S, N, N, N, S], made, 3)
     assert all((a.kind, b.kind) == (S, N) for a, b in asked)
@@ -277,13 +277,13 @@ def test_curves_begin_next_to_the_middle_and_three_times_at_most(monkeypatch: py
 
 def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """And a region without a place gets one: between the curve at 0.5 and another one at 0.9."""
-    point = EndingPoint("meets", 0.5, 0.0, 0.1, np.zeros((2, 1)))
+    point = PlanePoint("meets", 0.5, 0.0, 0.1)
     calls = list[float]()
 
-    def made(connected: OrbitEnding, other: OrbitEnding) -> EndingCurves:
+    def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
         calls.append(connected.y)
-        more = EndingCurve("other", np.full(2, 0.9), np.array([-2.0, 2.0]), np.zeros(2))
-        return EndingCurves((straight(0.5), more), (point,), ("a sentence",))
+        more = PlaneCurve("other", np.full(2, 0.9), np.array([-2.0, 2.0]), np.zeros(2))
+        return CurvesAndPoints((straight(0.5), more), (point,), ("a sentence",))
 
     stages = planned(monkeypatch, [N, N, S, N, N, S, N, N, S, "third"], made, 3)
     assert calls == [0.0]
@@ -298,9 +298,9 @@ def test_a_curve_explains_only_what_it_passes_between(monkeypatch: pytest.Monkey
     """The second pair is asked too, as the first curve ends before it; a curve of another kind explains nothing."""
     asked = list[float]()
 
-    def made(connected: OrbitEnding, other: OrbitEnding) -> EndingCurves:
+    def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
         asked.append(connected.y)
-        return EndingCurves((straight(0.0, connected.y - 0.3, connected.y + 0.3), replace(straight(0.0), kind="another")))
+        return CurvesAndPoints((straight(0.0, connected.y - 0.3, connected.y + 0.3), replace(straight(0.0), kind="another")))
 
     planned(monkeypatch, [S, N, S, N, *["further"] * 9], made, 2)
     assert sorted(asked) == [-0.75, 0.75]

@@ -22,10 +22,9 @@ from wucht.dynamics.branches.modulated_motion import (
     nearest_fold,
     reached_motions,
 )
-from wucht.dynamics.branches.orbit_curves import connection_curve
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, transverse_exponent
+from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, connection_curve, transverse_exponent
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.branches.system_equilibria import SystemEquilibria
 from wucht.errors import RunError

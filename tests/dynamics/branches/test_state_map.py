@@ -13,13 +13,12 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.dynamics.branches import orbit_curves, state_map
+from wucht.dynamics.branches import state_map, state_rows
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
-from wucht.dynamics.branches.orbit_curves import OrbitCurve, orbit_curve
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.second_parameter import Crossing
+from wucht.dynamics.branches.plane_regions import COINCIDE, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, map_states
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow
+from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, orbit_curve
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -199,7 +198,7 @@ def test_rows_of_motions_begin_in_the_middle_each_with_its_neighbour(monkeypatch
 
 
 def curves_of(
-    monkeypatch: pytest.MonkeyPatch, row: Any, known: tuple[OrbitCurve, ...], made: Any
+    monkeypatch: pytest.MonkeyPatch, row: Any, known: tuple[PlaneCurve, ...], made: Any
 ) -> tuple[list[Any], StateFindings]:
     """What curves are asked for, with those that are known."""
     asked = list[Any]()
@@ -217,8 +216,8 @@ def curves_of(
     return asked, last
 
 
-def line(kind: str, x: float, low: float, high: float) -> OrbitCurve:
-    return OrbitCurve(kind, np.array([x, x, x]), np.array([low, (low + high) / 2, high]))
+def line(kind: str, x: float, low: float, high: float) -> PlaneCurve:
+    return PlaneCurve(kind, np.array([x, x, x]), np.array([low, (low + high) / 2, high]))
 
 
 ENDS = SimpleNamespace(kind="saddle-connection", value=0.1), SimpleNamespace(kind="range", value=1.0)
@@ -241,9 +240,9 @@ def test_a_curve_of_lost_stability_that_ends_just_before_a_row_is_the_rows(monke
     """Within a tenth of the first range, and one and a half cells of the second one, but not at the row; not so a fold."""
     row, new = row_at(1.5, (BRANCH_POINT, 0.5)), line("new", 0.0, 0.0, 3.0)
     for x, end, count in ((0.55, 0.3, 0), (0.65, 0.3, 1), (0.55, -0.1, 1), (0.55, 1.5, 1)):
-        known = OrbitCurve(BRANCH_POINT, np.full(3, x), np.array([end - 0.2, end - 0.1, end]))
+        known = PlaneCurve(BRANCH_POINT, np.full(3, x), np.array([end - 0.2, end - 0.1, end]))
         assert len(curves_of(monkeypatch, row, (known,), new)[0]) == count
-    known = OrbitCurve("fold", np.full(3, 0.55), np.array([0.1, 0.2, 0.3]))
+    known = PlaneCurve("fold", np.full(3, 0.55), np.array([0.1, 0.2, 0.3]))
     assert len(curves_of(monkeypatch, row_at(1.5, ("fold", 0.5)), (known,), new)[0]) == 1
 
 
@@ -301,20 +300,21 @@ def test_a_motion_that_is_followed_nowhere_is_said(monkeypatch: pytest.MonkeyPat
 
 def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
     """Sorted; rows beyond both ends; then crossings within one and a half cells, where the curve ends inside the plane."""
-    curve = OrbitCurve(BRANCH_POINT, np.array([0.6, 0.5, 0.4]), np.array([1.8, 1.5, 1.2]))
+    curve = PlaneCurve(BRANCH_POINT, np.array([0.6, 0.5, 0.4]), np.array([1.8, 1.5, 1.2]))
     fold = line("fold", 0.2, 0.0, 3.0)
     rows = tuple(
         row_at(y, (BRANCH_POINT, x), ("fold", 0.9)) for x, y in ((0.8, 2.5), (0.7, 2.1), (0.5, 1.5), (0.3, 0.5), (0.35, 0.8))
     )
-    crossings = Crossing(0.85, 2.9), Crossing(0.1, 2.4), Crossing(0.15, 0.1)
+    crossings = PlanePoint(COINCIDE, 0.85, 2.9), PlanePoint(COINCIDE, 0.1, 2.4), PlanePoint(COINCIDE, 0.15, 0.1)
     findings = StateFindings(orbits=(*rows, NONE), crossings=crossings, orbit_curves=(curve, fold))
     made, same = extended(bare(), findings)
     assert same is fold
     assert made.x.tolist() == [0.15, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85]
     assert made.y.tolist() == [0.1, 0.5, 0.8, 1.2, 1.5, 1.8, 2.1, 2.5, 2.9]
-    far = replace(findings, orbits=(), crossings=(Crossing(0.9, 3.4), Crossing(0.0, -0.4)))
+    far = replace(findings, orbits=(), crossings=(PlanePoint(COINCIDE, 0.9, 3.4), PlanePoint(COINCIDE, 0.0, -0.4)))
     assert extended(bare(), far)[0].y.tolist() == [1.2, 1.5, 1.8]
-    to_edge = replace(far, orbit_curves=(replace(curve, y=np.array([3.0, 1.5, 0.0])),), crossings=(Crossing(0.9, 3.1),))
+    at_edge = replace(curve, y=np.array([3.0, 1.5, 0.0]))
+    to_edge = replace(far, orbit_curves=(at_edge,), crossings=(PlanePoint(COINCIDE, 0.9, 3.1),))
     assert extended(bare(), to_edge)[0].y.tolist() == [0.0, 1.5, 3.0]
 
 
@@ -348,7 +348,7 @@ def test_a_place_in_each_region_that_has_none_with_the_nearest_row(monkeypatch: 
     monkeypatch.setattr(state_map, "_steady", steady)
     monkeypatch.setattr(state_map, "_orbit_row", orbit_row)
     monkeypatch.setattr(state_map, "_with_runs", with_runs)
-    lines = tuple(OrbitCurve("fold", np.array([-1.0, 2.0]), np.array([y, y])) for y in (0.2, 2.75))
+    lines = tuple(PlaneCurve("fold", np.array([-1.0, 2.0]), np.array([y, y])) for y in (0.2, 2.75))
     findings = StateFindings(orbits=tuple(row_at(y) for y in (0.5, 1.5, 2.5)), orbit_curves=lines)
     _, last = finished(state_map._extra(bare(), findings, Work()))
     low, high = ((round(y, 2), k) for k, (_, y) in enumerate(last.extra))
@@ -392,7 +392,7 @@ def test_curves_of_orbits_are_those_of_all_equations(monkeypatch: pytest.MonkeyP
     other = replace(
         motion.subject, system=System(FORM.states, (*FORM.derivatives[:1], FORM.derivatives[1] + P), FORM.parameters)
     )
-    monkeypatch.setattr(orbit_curves, "cycles_through", through)
+    monkeypatch.setattr(state_rows, "cycles_through", through)
     for whole in (other, motion.subject):
         with pytest.raises(RunError, match="enough"):
             orbit_curve(replace(motion, whole=whole), case_of().second(0.7), row, row.special[0])

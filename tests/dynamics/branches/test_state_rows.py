@@ -1,11 +1,81 @@
-"""Rows of steady states over a parameter."""
+"""Steady states at a value of the second parameter, and the branch of orbits where one direction leads out of a section."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
+import pytest
+
+from wucht.dynamics.branches import state_rows
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
-from wucht.dynamics.branches.state_rows import steady_row
+from wucht.dynamics.branches.first_orbits import SeedOrbit
+from wucht.dynamics.branches.orbit_endings import NONE, OrbitEnd
+from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, steady_row
+from wucht.numerics.collocation.mesh import Mesh
+
+SEED = SeedOrbit(Mesh(np.array([0.0, 1.0]), 2), np.zeros((3, 2)), 4.0, 0.3, np.array([1, 0]), np.ones(3), np.empty(0), "", 40.0)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Of a section of two states of three."""
+
+    width: float
+    embedding: np.ndarray
+
+
+def orbit(value: float, kind: str = "", unstable: int = 0) -> Any:
+    return SimpleNamespace(
+        parameter=value, kind=kind, unstable=unstable, trusted=True, period=4.0, states=np.full((2, 3), value),
+        problem=SimpleNamespace(mesh=SEED.mesh),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def row(monkeypatch: pytest.MonkeyPatch) -> OrbitRow:
+    """Orbits from 0.1 to 0.6, walked from 0.3 both ways, unstable in the section beyond 0.5; the exponent is p - 0.23."""
+    sides = {way: OrbitEnd(NONE, value, "", SEED, np.empty(0)) for way, value in ((-1, 0.65), (1, 0.05))}
+    walks = {1: [orbit(0.4), orbit(0.45, "fold"), orbit(0.5), orbit(0.6, unstable=1)], -1: [orbit(0.2), orbit(0.1)]}
+    cycles = SimpleNamespace(backwards=lambda c: -1, walk=lambda c: walks[c if c == -1 else 1])
+    monkeypatch.setattr(state_rows, "followed_to_end", lambda _motion, _seed, way, _watch: sides[way])
+    monkeypatch.setattr(RowCase, "_within", lambda _self, _seed, _value: SEED)
+    monkeypatch.setattr(state_rows, "cycles_through", lambda *_: (cycles, orbit(0.3)))
+    monkeypatch.setattr(state_rows, "transverse_exponent", lambda _motion: lambda cycle: cycle.parameter - 0.23)
+    motion: Any = SimpleNamespace(subject=Subject(1.0, np.zeros((3, 2))), lifted=lambda seed: seed)
+    made = RowCase(motion, "s", 7.0, lambda: None).row_through(SEED)
+    assert isinstance(made, OrbitRow)
+    return made
+
+
+def test_its_ends_and_orbits_stand_in_order(row: OrbitRow) -> None:
+    assert row.second == 7.0
+    assert [side.value for side in row.sides] == [0.05, 0.65]
+    assert row.values.tolist() == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+
+
+def test_it_is_stable_where_no_direction_grows(row: OrbitRow) -> None:
+    assert row.stable.tolist() == [True, True, False, False, False, False]
+    assert [row.state_at(p) for p in (0.04, 0.12, 0.21, 0.35, 0.64, 0.66)] == [0, 2, 2, 1, 1, 0]
+    assert row.has(0.12, np.array([1, 0])) and not row.has(0.12, np.array([0, 1])) and not row.has(0.35, np.array([1, 0]))
+
+
+def test_stability_is_lost_where_the_exponent_is_zero(row: OrbitRow) -> None:
+    (special,) = row.special
+    assert (special.kind, special.value) == ("branch-point", pytest.approx(0.23, rel=1e-12))
+
+
+def test_the_last_orbit_of_a_branch_is_a_regular_one() -> None:
+    """One way or the other; a special orbit behind it does not count, and where there is none it is the first."""
+    walks = {1: [orbit(0.4), orbit(0.5), orbit(0.55, "fold")], -1: [orbit(0.2), orbit(0.15, "torus")], 0: [orbit(0.1, "fold")]}
+    first = orbit(0.3)
+    cycles: Any = SimpleNamespace(backwards=lambda _: -1, walk=lambda c: walks[-1 if c == -1 else 1])
+    assert state_rows._last_of(cycles, first, True).parameter == 0.5
+    assert state_rows._last_of(cycles, first, False).parameter == 0.2
+    none: Any = SimpleNamespace(walk=lambda _: walks[0])
+    assert state_rows._last_of(none, first, True) is first
 
 
 def test_beyond_the_point_where_it_is_lost_a_state_is_not_stable() -> None:

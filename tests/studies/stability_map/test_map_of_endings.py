@@ -9,23 +9,24 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.branches import orbit_endings
-from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, Plane, curves_between
+from wucht.dynamics.branches.ending_curves import RETURNS, Plane, curves_between
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
+from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.studies.stability_map.ending_plan import EndingPlan
+from wucht.studies.stability_map.computation import EndingPlan
 from wucht.studies.stability_map.map_parts import MapParts
 
 PLANE = Plane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
-LINE = EndingCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15))
+LINE = PlaneCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15))
 
 
 def place(x: float, y: float, kind: str, **more: Any) -> OrbitEnding:
     return OrbitEnding(x, y, 0.12, OrbitEnd(kind, 0.18, "", **more))
 
 
-def parts(*curves: EndingCurve, complete: bool = True) -> MapParts:
+def parts(*curves: PlaneCurve, complete: bool = True) -> MapParts:
     """Of two by two places: those on the left end at a saddle-node, those on the right at a saddle connection."""
     along, second, none = (SimpleNamespace(path=path) for path in ("x", "y", ""))
     case: Any = EndingMapCase(PLANE, none, 2, ())  # type: ignore[arg-type]
@@ -37,8 +38,7 @@ def parts(*curves: EndingCurve, complete: bool = True) -> MapParts:
 
 def test_a_curve_between_places_that_differ_explains_them() -> None:
     made = parts(LINE)
-    (line,) = made.lines
-    assert line.name == "saddle-node on the orbit | saddle connection"
+    assert list(made.lines) == ["saddle-node on the orbit | saddle connection"]
     assert {made.labels[made.areas.at(12.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle-node on the orbit"}
     assert {made.labels[made.areas.at(18.0, y)] for y in (-1.5, 1.5)} == {"ends at a saddle connection"}
     assert made.lost == () and made.against == ()

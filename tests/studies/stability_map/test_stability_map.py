@@ -10,14 +10,15 @@ import sympy as sp
 from tests.refusals import Refusal, refused
 
 import wucht
+from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.stability_map.map_parts import numbered
+from wucht.studies.stability_map.computation import state_label
+from wucht.studies.stability_map.map_parts import by_name
 from wucht.studies.stability_map.spec import StabilityMap
-from wucht.studies.stability_map.state_plan import state_label
 from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
@@ -178,7 +179,8 @@ def test_interrupted_maps_are_kept() -> None:
 
 
 def test_small_parts() -> None:
-    assert numbered(["fold", "hopf", "fold"]) == ["fold", "hopf", "fold (2)"]
+    curves = [PlaneCurve(kind, np.empty(0), np.empty(0)) for kind in ("fold", "hopf", "fold")]
+    assert by_name(curves) == dict(zip(("fold", "hopf", "fold (2)"), curves, strict=True))
     assert state_label(["together"], 2, True) == "together, modulated motion stable"
     assert state_label([], 0, True) == "nothing else"
     assert state_label([], 0, False) == "no other steady state"

@@ -13,11 +13,12 @@ import xarray as xr
 from tests.hand_made import drawn, titled, warnings_of
 from tests.refusals import refused
 
-from wucht.dynamics.branches.ending_curves import DOUBLE, RETURNS, EndingCurve, EndingPoint
+from wucht.dynamics.branches.ending_curves import RETURNS
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
-from wucht.dynamics.branches.second_parameter import BifurcationCurve, Crossing
+from wucht.dynamics.branches.plane_regions import COINCIDE, DOUBLE, PlaneCurve, PlanePoint
+from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings
 from wucht.dynamics.branches.state_rows import OrbitRow, SteadyRow
 from wucht.dynamics.branches.steady_states import Kind
@@ -149,7 +150,7 @@ def test_the_part_of_a_fold_that_lies_on_a_modulated_motion(kind: str, value: fl
 def test_that_part_begins_at_a_crossing_of_folds_below_it() -> None:
     given = {"curves": (fold(),), "orbits": (orbits(2.0, SADDLE_NODE_ON_ORBIT, 0.0, 2.0),)}
     assert on_folds(of(plan(), **given)) == [(0.0, 1.0, 3.0)]
-    crossings = tuple(Crossing(0.0, y) for y in (0.5, 1.5, 2.5))
+    crossings = tuple(PlanePoint(COINCIDE, 0.0, y) for y in (0.5, 1.5, 2.5))
     result = of(plan(), **given, crossings=crossings)
     assert on_folds(result) == [(0.0, 1.5, 3.0)]
     assert [(p["kind"], p["p"], p["r"]) for p in result.wucht.summary["points"]] == [
@@ -208,7 +209,7 @@ STUDY_FINDINGS = StateFindings(complete=True)
 # --- how modulated motions end ---
 
 
-def endings(kinds: list[str], *curves: EndingCurve, **other: Any) -> tuple[Any, xr.Dataset]:
+def endings(kinds: list[str], *curves: PlaneCurve, **other: Any) -> tuple[Any, xr.Dataset]:
     """Over p from -2 to 2 and r from -1 to 3, with s from 0 to 1; the case looks at nothing."""
     asked = {"orbits": True, "eliminate": "s", "eliminate_range": [0.0, 1.0]}
     cases: list[Any] = []
@@ -229,12 +230,12 @@ def endings(kinds: list[str], *curves: EndingCurve, **other: Any) -> tuple[Any, 
     return made, titled(STUDY.dataset(made, found), dimensionless=True)
 
 
-LINE = EndingCurve(RETURNS, np.zeros(41), np.linspace(-1.0, 3.0, 41), np.linspace(0.25, 0.5, 41))
+LINE = PlaneCurve(RETURNS, np.zeros(41), np.linspace(-1.0, 3.0, 41), np.linspace(0.25, 0.5, 41))
 
 
 def test_how_modulated_motions_end() -> None:
     kinds = [SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION] * 2
-    point = EndingPoint(DOUBLE, 0.123456789, 1.5, 0.375, np.zeros((2, 1)))
+    point = PlanePoint(DOUBLE, 0.123456789, 1.5, 0.375)
     _, result = endings(kinds, LINE, points=(point, replace(point, y=2.5)))
     s = result.wucht.summary
     assert s["sentence"] == (
@@ -265,7 +266,7 @@ def test_a_curve_with_the_same_on_both_sides_is_no_boundary() -> None:
 def test_its_run_is_that_of_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
     made, _ = endings([RANGE] * 4)
     work = Work()
-    monkeypatch.setattr("wucht.studies.stability_map.ending_plan.map_endings", lambda case, w: [(case, w)])
+    monkeypatch.setattr("wucht.studies.stability_map.computation.map_endings", lambda case, w: [(case, w)])
     assert list(STUDY.run(made, work)) == [(made.case, work)]
 
 

@@ -10,12 +10,13 @@ begins at a saddle-node and comes to a saddle of the other pair. O. Drozdetskaya
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, nearest_fold
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_at, connections_of
+from wucht.dynamics.branches.plane_regions import DOUBLE, CurvesAndPoints, PlaneCurve, PlanePoint
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.fold_curves import FoldPairs
@@ -28,7 +29,6 @@ from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.periodic.saddle_connections import Connections
 
 RETURNS, BOTH, TO_SADDLE = "returns-to-saddle-node", "both-pairs-vanish", "saddle-node-to-saddle"
-DOUBLE = "two-saddle-nodes-connected"
 _LOOKED_EVERY, _LATER = 10, 1.5  # points; by what factor more, until it is looked again for a second saddle-node
 _TOO_LONG = 0.12  # of the time: so long the orbit waits where that will be
 _LONGER, _MOST_LONGER, _SETTLED = 3.0, 8, 1e-7  # times as long; how often; by how much of the ranges it then changes
@@ -37,39 +37,6 @@ _ROOM = 0.5  # of the ranges: how far beyond the plane curves are followed where
 _MOST = 600  # points of a curve, each way
 
 Watch = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class EndingCurve:
-    """A curve of the plane.
-
-    kind: what happens on it. x, y, value (N,): its points, and the value of the third parameter there.
-    """
-
-    kind: str
-    x: np.ndarray
-    y: np.ndarray
-    value: np.ndarray
-
-
-@dataclass(frozen=True)
-class EndingPoint:
-    """A point of the plane where curves meet, with the value of the third parameter there and the steady states (2, n)."""
-
-    kind: str
-    x: float
-    y: float
-    value: float
-    states: np.ndarray
-
-
-@dataclass(frozen=True)
-class EndingCurves:
-    """What was found from one place. lost: sentences on what was not."""
-
-    curves: tuple[EndingCurve, ...] = ()
-    points: tuple[EndingPoint, ...] = ()
-    lost: tuple[str, ...] = field(default_factory=tuple)
 
 
 @dataclass(frozen=True)
@@ -101,7 +68,7 @@ class Plane:
 
 def curves_between(
     motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding, watch: Watch
-) -> EndingCurves:
+) -> CurvesAndPoints:
     """The curves that begin between a place where the orbit ends at a connection and one where it ends at a saddle-node on it.
 
     The two places differ in one parameter alone.
@@ -111,9 +78,9 @@ def curves_between(
         watch("the saddle-node limit of saddle connections")
         connections, first = _limit(motion, plane, connected, other)
     except RunError as error:
-        return EndingCurves(lost=(_where(plane, connected) + str(error),))
-    halves, third = list[list[Connection]](), list[EndingCurve]()
-    point: EndingPoint | None = None
+        return CurvesAndPoints(lost=(_where(plane, connected) + str(error),))
+    halves, third = list[list[Connection]](), list[PlaneCurve]()
+    point: PlanePoint | None = None
     joined = np.empty(0)
     for start in (connections.backwards(first), first):
         half, found, why = _returning(motion, plane, connections, start, watch, point is None)
@@ -129,7 +96,7 @@ def curves_between(
         table = np.insert(table, 0 if at_begin < at_end else table.shape[1], joined, axis=1)
     curve = _curve(plane, RETURNS, table)
     curves = [c for c in (curve, *third) if c is not None]
-    return EndingCurves(tuple(curves), () if point is None else (point,), tuple(lost))
+    return CurvesAndPoints(tuple(curves), () if point is None else (point,), tuple(lost))
 
 
 def _scaled(plane: Plane, change: np.ndarray) -> np.ndarray:
@@ -140,7 +107,7 @@ def _where(plane: Plane, at: OrbitEnding) -> str:
     return f"near {plane.paths[1]} = {at.x:.5g}, {plane.paths[2]} = {at.y:.5g}: "
 
 
-def _curve(plane: Plane, kind: str, table: np.ndarray) -> EndingCurve | None:
+def _curve(plane: Plane, kind: str, table: np.ndarray) -> PlaneCurve | None:
     """The part of a curve that lies in the plane, cut at its edge."""
     inside = plane.inside(table[1], table[2])
     if not inside.any():
@@ -150,7 +117,7 @@ def _curve(plane: Plane, kind: str, table: np.ndarray) -> EndingCurve | None:
     columns += list(table[:, first : last + 1].T)
     columns += [_cut(plane, table[:, last], table[:, last + 1])] if last + 1 < table.shape[1] else []
     value, x, y = np.array(columns).T
-    return EndingCurve(kind, x, y, value)
+    return PlaneCurve(kind, x, y, value)
 
 
 def _cut(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
@@ -219,10 +186,6 @@ def _nearer(plane: Plane, double: Connection, before: Connection, after: Connect
     return bool((b < a).all())
 
 
-def _pairs(connections: Connections, plane: Plane) -> FoldPairs:
-    return FoldPairs(connections.rates, plane.wider)
-
-
 def _double(motion: ModulatedMotion, plane: Plane, connections: Connections, at: Connection) -> Connection | None:
     """The connection of two saddle-nodes near one that waits long where the first of them will be."""
     waits = waiting(connections, at)
@@ -230,7 +193,7 @@ def _double(motion: ModulatedMotion, plane: Plane, connections: Connections, at:
         return None
     end = at.equilibria[0] + 2 * np.pi * connections.winding
     try:
-        u = _pairs(connections, plane).near(waits.state, end, at.parameters)
+        u = FoldPairs(connections.rates, plane.wider).near(waits.state, end, at.parameters)
         times, states = rest_of(at, waits.tau)
         n = connections.rates.n
         both = _connections(motion, plane, float(times[-1]), (True, True))
@@ -256,29 +219,26 @@ def _connections(motion: ModulatedMotion, plane: Plane, time: float, folds: tupl
 
 def _from_double(
     motion: ModulatedMotion, plane: Plane, double: Connection, lost: list[str], watch: Watch
-) -> tuple[EndingPoint, list[EndingCurve]]:
+) -> tuple[PlanePoint, list[PlaneCurve]]:
     """The point of the plane at a connection of two saddle-nodes, and the curves that begin there."""
     value, x, y = double.parameters[:3].tolist()
-    point = EndingPoint(DOUBLE, x, y, value, double.equilibria)
-    curves = list[EndingCurve | None]()
+    point = PlanePoint(DOUBLE, x, y, value)
+    curves = list[PlaneCurve | None]()
     watch("the curve from a saddle-node to a saddle")
     third = _connections(motion, plane, double.time, (True, False))
     try:
         first = beyond(third, double)
         ways = []
         for start in (first, third.backwards(first)):
-            walk = third.walk(start)
-            ways.append([c.parameters[:3] for c in walk])
+            ways.append([c.parameters[:3] for c in third.walk(start)])
         ways.sort(key=lambda way: np.linalg.norm(_scaled(plane, way[-1] - double.parameters[:3])) if way else 0.0)
         table = np.array([double.parameters[:3], *ways[0][::-1], first.parameters[:3], *ways[1]]).T
         curves.append(_curve(plane, TO_SADDLE, table))
     except RunError as error:
         lost.append(str(error))
     watch("the curve at which both pairs of steady states vanish at once")
-    s = motion.subject
-    widths = {p: b[1] - b[0] for p, b in zip(plane.paths, plane.bounds, strict=True)}
-    equations = Equations.of(s.system, plane.paths, s.fixed_beside(*plane.paths), motion.sizes(widths))
-    pairs, n = FoldPairs(equations, plane.wider), len(s.system.states)
+    equations = motion.equations(plane.paths, plane.bounds)
+    pairs, n = FoldPairs(equations, plane.wider), equations.n
     u = np.concatenate([double.equilibria.ravel(), double.parameters[:3]])
     for way in (1, -1):
         try:

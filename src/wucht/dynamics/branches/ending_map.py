@@ -10,11 +10,11 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase
-from wucht.dynamics.branches.ending_curves import RETURNS, EndingCurve, EndingPoint, Plane, curves_between
+from wucht.dynamics.branches.ending_curves import RETURNS, Plane, curves_between
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import cell_centres, regions
+from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint, cell_centres, regions
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work
@@ -22,7 +22,6 @@ from wucht.errors import WuchtError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.numerics.zeros import at_passages
 
 _PLACES, _CURVES = 0.7, 0.9  # shares of the work, by which these are done
 _ATTEMPTS = 3  # curves that are begun between places
@@ -67,8 +66,8 @@ class EndingFindings:
     """So far. places: that were examined. curves, points: of the plane. lost: sentences on what is missing."""
 
     places: tuple[OrbitEnding, ...] = ()
-    curves: tuple[EndingCurve, ...] = ()
-    points: tuple[EndingPoint, ...] = ()
+    curves: tuple[PlaneCurve, ...] = ()
+    points: tuple[PlanePoint, ...] = ()
     lost: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
@@ -118,7 +117,7 @@ def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:
         kinds = {a.kind, b.kind}
         if kinds != {SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT} or attempts >= _ATTEMPTS:
             continue
-        if any(c.kind == RETURNS and passes_between(c, a, b) for c in findings.curves):
+        if any(c.kind == RETURNS and c.passes_between((a.x, a.y), (b.x, b.y)) for c in findings.curves):
             continue
         connected, other = (a, b) if a.kind == SADDLE_CONNECTION else (b, a)
         share = _PLACES + (_CURVES - _PLACES) * attempts / _ATTEMPTS
@@ -147,18 +146,9 @@ def _neighbours(case: EndingMapCase, findings: EndingFindings) -> list[tuple[Orb
     )
 
 
-def passes_between(curve: EndingCurve, a: OrbitEnding, b: OrbitEnding) -> bool:
-    """Whether a curve crosses the straight way between two places."""
-    way, x, y = np.array([b.x - a.x, b.y - a.y]), curve.x - a.x, curve.y - a.y
-    beside = x * way[1] - y * way[0]
-    along = (x * way[0] + y * way[1]) / (way @ way)
-    _, crossed = at_passages(beside, 0.0, along)
-    return bool(((crossed >= 0) & (crossed <= 1)).any())
-
-
 def unexplained(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
     """Neighbouring places where the motion ends differently, with no curve between them."""
     return [
         (a, b) for a, b in _neighbours(case, findings)
-        if a.kind != b.kind and not any(passes_between(c, a, b) for c in findings.curves)
+        if a.kind != b.kind and not any(c.passes_between((a.x, a.y), (b.x, b.y)) for c in findings.curves)
     ]  # fmt: skip

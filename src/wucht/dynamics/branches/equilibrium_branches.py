@@ -141,7 +141,7 @@ def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch
     made = EquilibriumBranch(
         u=np.array([p.u for p in points]).T, exponents=np.array([p.eigenvalues for p in points]).T,
         kinds=tuple(p.kind for p in points), offshoots=tuple(offshoots),
-        ends=_ends(states, branch),
+        ends=ends_in_words(states.equilibria, branch, states.path, states.end),
     )  # fmt: skip
     return replace(made, kind=_kind(states, made))
 
@@ -173,13 +173,7 @@ def _kind(states: SteadyStates, made: EquilibriumBranch) -> Kind:
     return Kind(name, type_, splits.pop() if len(splits) == 1 else None, max((k.multiplicity for k in seen), default=1))
 
 
-def _ends(states: SteadyStates, branch: Branch) -> tuple[str, str]:
-    return ends_in_words(states.equilibria, branch, states.path, states.end)
-
-
-def ends_in_words(
-    equilibria: Equilibria, branch: Branch, path: str, leaves: Callable[[np.ndarray], str]
-) -> tuple[str, str]:  # fmt: skip
+def ends_in_words(equilibria: Equilibria, branch: Branch, path: str, leaves: Callable[[np.ndarray], str]) -> tuple[str, str]:
     """Why a branch ends, at first and last. path: of the parameter. leaves: why, where a state (n+1,) is at its limits."""
     if branch.closed:
         return branch.ends

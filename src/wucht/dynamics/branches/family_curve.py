@@ -9,7 +9,6 @@ exponents are those transverse to the family.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
@@ -183,11 +182,9 @@ class FamilyCurve:
         """The points of a branch of speeds around a state, as far as the unbalances compensate each other."""
         scale = self.equilibria.equations.scale
         points = list(branch.points)
-        here = int(np.argmin([np.abs((p.u - [speed, value]) / scale).max() for p in points]))
-        first = here
+        first = last = int(np.argmin([np.abs((p.u - [speed, value]) / scale).max() for p in points]))
         while first > 0 and self._closes(points[first - 1].parameter):
             first -= 1
-        last = here
         while last + 1 < len(points) and self._closes(points[last + 1].parameter):
             last += 1
         ends = list(ends_in_words(self.equilibria, branch, self.slow.path, self._leaves))
@@ -217,20 +214,17 @@ class FamilyCurve:
             speed, value = self.equilibria.start(guess[:1], float(guess[1])).u.tolist()
             return speed, value, self._members(value, speed)
 
-        def some(share: float) -> bool:
-            return share > 0
-
-        def all_(share: float) -> bool:
-            return share >= 1
+        def levels(way: float) -> dict[str, bool]:
+            share = of(way)[2].share
+            return {SOME_STABLE: share > 0, ALL_STABLE: share >= 1}
 
         found = list[tuple[float, tuple[float, float, _Members, str]]]()
-        tests: tuple[tuple[str, Callable[[float], bool]], ...] = ((SOME_STABLE, some), (ALL_STABLE, all_))
-        before, after = of(0.0)[2].share, of(1.0)[2].share
-        for kind, test in tests:
-            if test(before) != test(after):
-                way = first_where(lambda s, test=test: test(of(s)[2].share) != test(before), 0.0, 1.0)  # type: ignore[misc]
+        before, after = levels(0.0), levels(1.0)
+        for kind in before:
+            if before[kind] != after[kind]:
+                way = first_where(lambda s, kind=kind: levels(s)[kind] != before[kind], 0.0, 1.0)  # type: ignore[misc]
                 found.append((way, (*of(way), kind)))
-        if len(found) == len(tests):  # between both limits a point where some members are stable
+        if len(found) == len(before):  # between both limits a point where some members are stable
             way = sum(w for w, _ in found) / len(found)
             found.append((way, (*of(way), "")))
         return [point for _, point in sorted(found, key=lambda f: f[0])]

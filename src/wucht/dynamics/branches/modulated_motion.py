@@ -97,11 +97,16 @@ class ModulatedMotion:
         of_states = {n: 1.0 if t else float(w) for n, t, w in zip(names, turning, np.ptp(self.box, axis=0), strict=True)}
         return of_states | dict(widths)
 
+    def equations(self, paths: Sequence[str], bounds: Sequence[Range]) -> Equations:
+        """Whose zeros are steady states, with some parameters that vary between bounds."""
+        sizes = self.sizes({path: high - low for path, (low, high) in zip(paths, bounds, strict=True)})
+        return Equations.of(self.subject.system, paths, self.subject.fixed_beside(*paths), sizes)
+
     @cached_property
     def equilibria(self) -> Equilibria:
         """Along the parameter."""
         s = self.subject
-        equations = Equations.of(s.system, [s.path], s.fixed_beside(s.path), self.sizes({s.path: s.width}))
+        equations = self.equations([s.path], [s.bounds])
         low, high = self.box
         room = _BEYOND * (high - low)
         limits = {i: (low[i] - room[i], high[i] + room[i]) for i in np.flatnonzero(~s.turning).tolist()}

@@ -1,15 +1,20 @@
-"""The regions into which curves part a plane, and what is the case in each, from places in them that were examined."""
+"""Curves of a plane, the regions into which they part it, and what is the case in each, from places that were examined."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from wucht.numerics.zeros import at_passages
+
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]  # of both parameters of a plane
+
+COINCIDE, DOUBLE = "two folds at once", "two-saddle-nodes-connected"  # kinds of points
 
 _FINE = 240  # pixels a side
 _SMALLEST = 6e-4  # of the plane: what is smaller belongs to its neighbour
@@ -21,6 +26,55 @@ def cell_centres(bounds: Range, cells: int) -> np.ndarray:
     """The centres (cells,) of so many cells side by side between bounds."""
     low, high = bounds
     return np.asarray(low + (high - low) * (np.arange(cells) + 0.5) / cells)
+
+
+@dataclass(frozen=True)
+class PlaneCurve:
+    """A curve of the plane.
+
+    kind: what happens on it. x, y (N,): its points. value (N,): of a third parameter there, empty where there is none.
+    """
+
+    kind: str
+    x: np.ndarray
+    y: np.ndarray
+    value: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+    def passes(self, x: float, y: float, near: float) -> bool:
+        """Whether it passes a place, but for so much of the first parameter."""
+        return bool((np.abs(at_passages(self.y, y, self.x)[1] - x) < near).any())
+
+    def ends_before(self, x: float, y: float, near: tuple[float, float]) -> bool:
+        """Whether one of its ends lies so near to a place, in both parameters, before it."""
+        k = int(np.abs(self.y - y).argmin())
+        return bool(k in (0, len(self.y) - 1) and 0 < abs(self.y[k] - y) < near[1] and abs(self.x[k] - x) < near[0])
+
+    def passes_between(self, a: tuple[float, float], b: tuple[float, float]) -> bool:
+        """Whether it crosses the straight way between two places."""
+        way, x, y = np.array([b[0] - a[0], b[1] - a[1]]), self.x - a[0], self.y - a[1]
+        beside = x * way[1] - y * way[0]
+        along = (x * way[0] + y * way[1]) / (way @ way)
+        _, crossed = at_passages(beside, 0.0, along)
+        return bool(((crossed >= 0) & (crossed <= 1)).any())
+
+
+@dataclass(frozen=True)
+class PlanePoint:
+    """A point of the plane where curves meet. value: of a third parameter there, not a number where there is none."""
+
+    kind: str
+    x: float
+    y: float
+    value: float = math.nan
+
+
+@dataclass(frozen=True)
+class CurvesAndPoints:
+    """Of a plane. lost: sentences on those that are not located."""
+
+    curves: tuple[PlaneCurve, ...] = ()
+    points: tuple[PlanePoint, ...] = ()
+    lost: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

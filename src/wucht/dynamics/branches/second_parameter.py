@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import ON, RANGE_ENDS, EquilibriumBranch, end_in_words
+from wucht.dynamics.branches.plane_regions import COINCIDE, CurvesAndPoints, PlanePoint
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
@@ -15,7 +16,6 @@ from wucht.numerics.continuation.fold_curves import FoldPairs, Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 from wucht.numerics.zeros import at_passages
 
-COINCIDE = "two folds at once"
 _SAME = 1e-5  # in units of scale: a special point that lies on a curve
 
 
@@ -96,25 +96,9 @@ def passes(states: SteadyStates, second: SecondParameter, curve: BifurcationCurv
     return False
 
 
-@dataclass(frozen=True)
-class Crossing:
-    """A point of the plane at which two curves of folds meet, at different states."""
-
-    x: float
-    y: float
-
-
-@dataclass(frozen=True)
-class Crossings:
-    """points: those that are located. lost: sentences on those that are not."""
-
-    points: tuple[Crossing, ...]
-    lost: tuple[str, ...] = ()
-
-
-def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> Crossings:
+def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> CurvesAndPoints:
     """Where the curves of folds of states of one name cross: there two pairs of steady states vanish at once."""
-    folds, points, lost = [c for c in curves if c.of == FOLD], list[Crossing](), list[str]()
+    folds, points, lost = [c for c in curves if c.of == FOLD], list[PlanePoint](), list[str]()
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     pairs = FoldPairs(equations, (states.bounds, second.bounds))
     for i, a in enumerate(folds):
@@ -130,8 +114,8 @@ def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequen
                     lost.append(f"where two curves of folds cross near {place} is not located: {error}")
                     continue
                 if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in points):
-                    points.append(Crossing(float(u[-2]), float(u[-1])))
-    return Crossings(tuple(points), tuple(lost))
+                    points.append(PlanePoint(COINCIDE, float(u[-2]), float(u[-1])))
+    return CurvesAndPoints((), tuple(points), tuple(lost))
 
 
 def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:

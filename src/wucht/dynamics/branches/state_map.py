@@ -12,20 +12,25 @@ import numpy as np
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, ReachedMotions, reached_motions
-from wucht.dynamics.branches.orbit_curves import OrbitCurve, connection_curve, orbit_curve
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import Bounds, cell_centres, regions
+from wucht.dynamics.branches.plane_regions import Bounds, CurvesAndPoints, PlaneCurve, PlanePoint, cell_centres, regions
 from wucht.dynamics.branches.second_parameter import (
     BifurcationCurve,
-    Crossing,
-    Crossings,
     SecondParameter,
     curve_through,
     fold_crossings,
     passes,
     starts,
 )  # fmt: skip
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, SteadyRow, steady_row
+from wucht.dynamics.branches.state_rows import (
+    NoOrbit,
+    OrbitRow,
+    RowCase,
+    SteadyRow,
+    connection_curve,
+    orbit_curve,
+    steady_row,
+)  # fmt: skip
 from wucht.dynamics.branches.steady_states import BranchSettings, Watch
 from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work, or_why, with_made
@@ -102,10 +107,10 @@ class StateFindings:
 
     rows: tuple[SteadyRow, ...] = ()
     curves: tuple[BifurcationCurve, ...] = ()
-    crossings: tuple[Crossing, ...] = ()
+    crossings: tuple[PlanePoint, ...] = ()
     orbits: tuple[OrbitRow | NoOrbit, ...] = ()
     reached: tuple[ReachedMotions, ...] = ()
-    orbit_curves: tuple[OrbitCurve, ...] = ()
+    orbit_curves: tuple[PlaneCurve, ...] = ()
     extra: tuple[tuple[float, float], ...] = ()
     lost: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
@@ -155,7 +160,7 @@ def _steady(case: StateMapCase, findings: StateFindings, second: float, values: 
     return findings
 
 
-def _crossings(case: StateMapCase, curves: tuple[BifurcationCurve, ...]) -> Crossings:
+def _crossings(case: StateMapCase, curves: tuple[BifurcationCurve, ...]) -> CurvesAndPoints:
     middle = sum(case.bounds[1]) / 2
     return fold_crossings(case.row(middle).states, case.second(middle), curves)
 
@@ -279,12 +284,12 @@ def lines_of(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarr
     return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended(case, findings)]
 
 
-def extended(case: StateMapCase, findings: StateFindings) -> list[OrbitCurve]:
+def extended(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:
     """The curves of orbits; those at which stability is lost go on beyond their ends through the rows, to a crossing of folds.
 
     Near such a crossing the period is so long that the curve's equations cannot be followed; the rows' exponents are known.
     """
-    made, spacing = list[OrbitCurve](), (case.bounds[1][1] - case.bounds[1][0]) / case.cells
+    made, spacing = list[PlaneCurve](), (case.bounds[1][1] - case.bounds[1][0]) / case.cells
     for c in findings.orbit_curves:
         if c.kind != BRANCH_POINT:
             made.append(c)

@@ -1,10 +1,15 @@
-"""What there is at one value of the second parameter: stable steady states, and the branch of modulated motions."""
+"""What there is at one value of the second parameter: stable steady states, and the branch of modulated motions.
+
+And the curves in the plane on which such a motion turns, doubles, loses its stability, or becomes a saddle connection.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +17,23 @@ from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stab
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import StoredOrbit, cycles_through, half_branch, stored_orbit
-from wucht.dynamics.branches.orbit_endings import OrbitEnd, born_at, followed_to_end
+from wucht.dynamics.branches.orbit_endings import OrbitEnd, born_at, connections_at, followed_to_end
+from wucht.dynamics.branches.plane_regions import PlaneCurve
+from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.steady_states import Watch
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
+from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycles import Cycles
 
 ONE = "one stable state"
 STABLE = 2  # a place's level: see ``LEVELS``
 _LONGEST = 3.0  # times the period of the first orbit: so far stability is looked at
+_LONGER = 8.0  # times the period of the orbit with which a curve begins
+_POINTS = 401  # of a curve, each way
+_SAME = 1e-3  # of the range
 
 
 @dataclass(frozen=True)
@@ -208,3 +220,38 @@ def _last_of(cycles: Cycles, start: Cycle, onward: bool) -> Cycle:
     for cycle in cycles.walk(start if onward else cycles.backwards(start)):
         last = last if cycle.kind else cycle
     return last
+
+
+def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, special: StoredOrbit) -> PlaneCurve:
+    """The curve through a special orbit of a row, both ways. motion: at the row. Raises ``WuchtError`` where there is none."""
+    subject, seed = motion.whole, row.whole
+    paths, bounds = (subject.path, second.path), (subject.bounds, second.bounds)
+    widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
+    sizes = dict(zip(subject.system.state_names, seed.scale[:-1].tolist(), strict=True)) | widths
+    longest = _LONGER * special.period
+    at = _located(*cycles_through(subject, replace(seed, longest=longest)), special)
+    of = CycleCurve.of(
+        special.kind, subject.system, paths, subject.fixed_beside(*paths), bounds,
+        winding=subject.turns(seed.winding), scale=sizes, periods=(0.0, longest),
+    )  # fmt: skip
+    return _both_ways(special.kind, of, of.start(at, row.second))
+
+
+def _located(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle:
+    """The special orbit, once more on the branch of another one. Raises ``RunError``."""
+    for cycle in cycles.walk(start if special.value > start.parameter else cycles.backwards(start)):
+        if cycle.kind == special.kind and abs(cycle.parameter - special.value) < _SAME * (cycles.bounds[1] - cycles.bounds[0]):
+            return cycle
+    raise RunError("the special orbit was not found again")
+
+
+def _both_ways(kind: str, of: Any, start: Any) -> PlaneCurve:
+    """The curve through a point of a ``CycleCurve``, or of ``Connections``."""
+    back, onward = ([p.parameters[:2] for p in islice(of.walk(first), _POINTS)] for first in (of.backwards(start), start))
+    x, y = np.array([*back[::-1], start.parameters[:2], *onward], float).T
+    return PlaneCurve(kind, x, y)
+
+
+def connection_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, end: OrbitEnd) -> PlaneCurve:
+    """The curve of saddle connections through the end of a row, both ways. Raises ``WuchtError`` where there is none."""
+    return _both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.branches.plane_regions import DOUBLE, PlanePoint
 from wucht.results.quantities import Quantity, answer, table
 from wucht.schema import Parameter
-from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, Mark, shares
+from wucht.studies.stability_map.map_parts import F, MapParts, MapPlan, shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,8 +26,9 @@ def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
     a, b, third = plan.along, plan.second, plan.third
     unit = third.unit if third is not None else ""
     what = third.words if third is not None else "third parameter"
-    numbers = np.repeat(np.arange(len(parts.lines)), [len(line.x) for line in parts.lines]).astype(int)
-    x, y, value = (np.concatenate([np.empty(0), *(getattr(line, n) for line in parts.lines)]) for n in ("x", "y", "value"))
+    lines = parts.lines.values()
+    numbers = np.repeat(np.arange(len(lines)), [len(line.x) for line in lines]).astype(int)
+    x, y, value = (np.concatenate([np.empty(0), *(getattr(line, n) for line in lines)]) for n in ("x", "y", "value"))
     inmost = np.array([parts.areas.inmost(k) for k in range(parts.areas.count)]).T
     quantities = [
         Quantity("x", parts.areas.x, a.words, a.unit, "x"),
@@ -35,13 +37,13 @@ def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
         Quantity("boundary_y", y, b.words, b.unit, "boundary_point"),
         Quantity("boundary_value", value, what, unit, "boundary_point"),
         Quantity("boundary", numbers, "boundary", "", "boundary_point"),
-        Quantity("boundary_name", np.array([line.name for line in parts.lines], "U96"), "name", "", "boundary_number"),
-        Quantity("boundary_group", np.array([line.group for line in parts.lines], "U96"), "drawn alike", "", "boundary_number"),
+        Quantity("boundary_name", np.array([*parts.lines], "U96"), "name", "", "boundary_number"),
+        Quantity("boundary_group", np.array([line.kind for line in lines], "U96"), "drawn alike", "", "boundary_number"),
         Quantity("mark_x", [m.x for m in parts.marks], a.words, a.unit, "mark"),
         Quantity("mark_y", [m.y for m in parts.marks], b.words, b.unit, "mark"),
         Quantity("mark_value", [m.value for m in parts.marks], what, unit, "mark"),
         Quantity("mark_kind", np.array([m.kind for m in parts.marks], "U32"), "kind of the point", "", "mark"),
-        Quantity("mark_label", np.array([m.label for m in parts.marks], "U48"), "point in words", "", "mark"),
+        Quantity("mark_label", np.array([_in_words(m) for m in parts.marks], "U48"), "point in words", "", "mark"),
         Quantity("place_x", [p.x for p in parts.places], a.words, a.unit, "place"),
         Quantity("place_y", [p.y for p in parts.places], b.words, b.unit, "place"),
         Quantity("place_label", np.array([p.label for p in parts.places], "U96"), "what is the case there", "", "place"),
@@ -67,8 +69,8 @@ def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
     parameters = [p for p in (plan.along, plan.second, plan.third) if p is not None]
     points = [_point(m, parameters) for m in parts.marks]
     regions = [{"label": label, "share": share} for label, share in shares(parts.areas, parts.labels).items()]
-    lines = {line.name: np.array([line.x, line.y]).T.tolist() for line in parts.lines}
-    values = {line.name: line.value.tolist() for line in parts.lines if np.isfinite(line.value).all()}
+    lines = {name: np.array([line.x, line.y]).T.tolist() for name, line in parts.lines.items()}
+    values = {name: line.value.tolist() for name, line in parts.lines.items() if np.isfinite(line.value).all()}
     of_points = {p.path: (p.words, p.unit) for p in parameters}
     of_points |= {"kind": ("kind of the point", ""), "values": ("values of the parameters", "")}
     of_regions = {"label": ("what is the case there", ""), "share": ("share of the plane", "")}
@@ -95,7 +97,11 @@ def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
     ]
 
 
-def _point(mark: Mark, parameters: Sequence[Parameter]) -> dict[str, Any]:
+def _in_words(mark: PlanePoint) -> str:
+    return "connection of two saddle-nodes" if mark.kind == DOUBLE else mark.kind.replace("-", " ")
+
+
+def _point(mark: PlanePoint, parameters: Sequence[Parameter]) -> dict[str, Any]:
     """Under the names of the parameters, too, where the table has no other key of the name."""
     values = [x for x in (mark.x, mark.y, mark.value)[: len(parameters)] if not math.isnan(x)]
     return dict(zip([p.path for p in parameters], values, strict=False)) | {"kind": mark.kind, "values": values}

@@ -2,16 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from wucht.dynamics.branches.ending_curves import Plane
+from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, map_endings, unexplained
+from wucht.dynamics.branches.orbit_endings import NONE
+from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, kinds_of, regions, sides_of
+from wucht.dynamics.branches.second_parameter import BifurcationCurve
+from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended, lines_of, map_states
+from wucht.dynamics.branches.state_rows import STABLE
 from wucht.dynamics.parameters import ends_of, parameter_of
 from wucht.dynamics.work import Work
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
-from wucht.studies.stability_map.ending_plan import EndingPlan
-from wucht.studies.stability_map.map_parts import F, MapPlan
+from wucht.numerics.continuation.equilibria import FOLD
+from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
+from wucht.numerics.zeros import at_passages
+from wucht.schema import Parameter
+from wucht.studies.stability_map.map_parts import MODULATED, UNKNOWN, F, MapParts, MapPlan, Place, by_name
 from wucht.studies.stability_map.spec import StabilityMap
-from wucht.studies.stability_map.state_plan import StatePlan
+
+UNNAMED = "a steady state that was not found"
+UNSETTLED = "a motion that neither rests nor repeats itself"
+ORBIT_CURVES: Mapping[str, str] = {
+    "branch-point": "loses stability sideways",
+    "fold": "fold",
+    "period-doubling": "period doubling",
+    "torus": "torus",
+    SADDLE_CONNECTION: "saddle connection",
+    SADDLE_NODE_ON_ORBIT: "saddle-node on it",
+}
+LEVELS = ("", f"{MODULATED} unstable", f"{MODULATED} stable")
+_ON_FOLD = 1e-4  # of the range: a row's end that lies on a curve of folds
+ENDINGS: Mapping[str, str] = {
+    SADDLE_NODE_ON_ORBIT: "ends at a saddle-node on the orbit",
+    SADDLE_CONNECTION: "ends at a saddle connection",
+    RANGE: "lasts to the end of the range",
+    NONE: "no modulated motion begins",
+}
+SHORT: Mapping[str, str] = {
+    SADDLE_NODE_ON_ORBIT: "saddle-node on the orbit",
+    SADDLE_CONNECTION: "saddle connection",
+    RANGE: "end of the range",
+    NONE: "no modulated motion",
+}
+TONES: Mapping[str, int] = {SADDLE_NODE_ON_ORBIT: 2, SADDLE_CONNECTION: 1, RANGE: 3, NONE: 0}
+_SAME_SIDES = 0.5  # of a curve's points: a curve with different things on both sides at fewer of them parts nothing
+_SMALL_PARTS = 12  # points at its ends, at most, that are not looked at
+_CELLS_OF_STATES, _CELLS_OF_ENDINGS = 12, 6  # a side, by default
 
 
 def prepare(spec: StabilityMap, subject: Machine | OwnEquations) -> StatePlan | EndingPlan:
@@ -24,3 +66,197 @@ def prepare(spec: StabilityMap, subject: Machine | OwnEquations) -> StatePlan | 
 def run(plan: MapPlan[F], work: Work) -> Iterator[F]:
     """The findings, each more complete than those before."""
     return plan.run(work)
+
+
+@dataclass(frozen=True, eq=False)
+class StatePlan(MapPlan[StateFindings]):
+    """There is no third parameter."""
+
+    case: StateMapCase
+
+    @classmethod
+    def of(
+        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter, bounds: Bounds
+    ) -> StatePlan:  # fmt: skip
+        """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
+        paths, orbits = (along.path, second.path), spec.orbit_settings if spec.orbits else None
+        case = StateMapCase.of(subject, paths, bounds, spec.cells or _CELLS_OF_STATES, spec.settings, orbits)
+        return cls(along, second, bounds, case.warnings, None, (), case)
+
+    def run(self, work: Work) -> Iterator[StateFindings]:
+        """See ``MapPlan``."""
+        return map_states(self.case, work)
+
+    def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
+        """See ``MapPlan``."""
+        listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
+        everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
+        left_out = "; modulated motions were not sought" if self.case.motion is None else ""
+        return f"{everywhere}{listed} of the plane{left_out}"
+
+    def parts(self, findings: StateFindings) -> MapParts:
+        """See ``MapPlan``."""
+        areas = regions(lines_of(self.case, findings), self.bounds)
+        examined = _examined(self.case, findings)
+        sets = [set(names) for _, _, names, _ in examined]
+        everywhere = set.intersection(*sets) if sets else set()
+        keyed = [(x, y, f"{level};{','.join(sorted(set(names) - everywhere))}") for x, y, names, level in examined]
+        kinds, against = kinds_of(areas, keyed)
+        read = [_read(kind) for kind in kinds]
+        sought = self.case.motion is not None
+        labels = [state_label(names, level, sought) if known else "not looked at" for names, level, known in read]
+        hatched = sorted({tuple(names) for names, _, _ in read if names})
+        hatches = [1 + hatched.index(tuple(names)) if names else 0 for names, _, _ in read]
+        lines = [_line(f"{c.of}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
+        lines += [_line(f"{MODULATED}: {ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended(self.case, findings)]
+        on_orbit = f"{MODULATED}: {ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
+        lines += [_line(on_orbit, x, y) for x, y in _ends_on_folds(self.case, findings)]
+        marks = [
+            PlanePoint(kind, float(c.u[-2, i]), float(c.u[-1, i]))
+            for c in findings.curves for i, kind in enumerate(c.kinds) if kind
+        ]  # fmt: skip
+        places = tuple(
+            Place(x, y, state_label(sorted(set(names) - everywhere), level, sought)) for x, y, names, level in examined
+        )
+        wrong = tuple(Place(x, y, state_label(*_read(kind)[:2], sought)) for x, y, kind in against)
+        return MapParts(
+            by_name(lines), (*findings.crossings, *marks), places, areas, tuple(labels),
+            tuple(level for _, level, _ in read), tuple(hatches),
+            tuple(sorted(everywhere)), wrong, findings.lost, sum(place.runs for place in findings.reached),
+        )  # fmt: skip
+
+
+def _line(kind: str, x: np.ndarray, y: np.ndarray) -> PlaneCurve:
+    return PlaneCurve(kind, x, y, np.full(len(x), np.nan))
+
+
+def state_label(names: Sequence[str], level: int, sought: bool) -> str:
+    """``together, modulated motion stable``: what is stable besides what is everywhere. sought: modulated motions were."""
+    parts = [*names, LEVELS[level]] if level else [*names]
+    return ", ".join(parts) or ("nothing else" if sought else "no other steady state")
+
+
+def _read(kind: str) -> tuple[list[str], int, bool]:
+    level, _, names = kind.partition(";")
+    return ([n for n in names.split(",") if n], int(level), True) if level else ([], 0, False)
+
+
+def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
+    """Each place with the stable motions there: steady states by name, and how stable modulated ones are, see ``LEVELS``.
+
+    They are those of the branches, and those that runs from several starts have reached.
+    """
+    reached = {(r.x, r.y): r for r in findings.reached}
+    across = case.centres(0).tolist()
+    # The rows of the cells come first; each of the others is of one place.
+    values = [across] * case.cells + [[x] for x, _ in findings.extra]
+    found = []
+    for row, xs in zip(findings.rows, values, strict=False):
+        for x, named in zip(xs, row.stable, strict=True):
+            names, level = list(named), max((r.state_at(x) for r in findings.orbit_rows if r.second == row.second), default=0)
+            if (runs := reached.get((x, row.second))) is not None:
+                level = STABLE if runs.orbits else level
+                names += [UNNAMED] if runs.steady and not named else []
+                names += [UNSETTLED] if runs.unsettled else []
+            found.append((x, row.second, tuple(names), level))
+    return found
+
+
+def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Those parts of fold curves that lie on the modulated motion: between rows whose branch ends there."""
+    half = (case.bounds[1][1] - case.bounds[1][0]) / case.cells / 2
+    parts = []
+    for c in findings.curves:
+        if c.of != FOLD:
+            continue
+        seconds = [
+            r.second
+            for r in findings.orbit_rows
+            for s in r.sides
+            if s.kind in (SADDLE_NODE_ON_ORBIT, NOT_IDENTIFIED) and _lies_on(case, c, s.value, r.second)
+        ]
+        if not seconds:
+            continue
+        low, high = min(seconds) - half, max(seconds) + half
+        for crossing in findings.crossings:
+            if low <= crossing.y <= min(seconds):
+                low = crossing.y
+        y = c.u[-1]
+        inside = (y >= low) & (y <= high)
+        if inside.sum() > 1:
+            parts.append((c.u[-2][inside], y[inside]))
+    return parts
+
+
+def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: float) -> bool:
+    x, y = curve.u[-2:]
+    width = case.bounds[0][1] - case.bounds[0][0]
+    i, crossed = at_passages(y, second, x)
+    near = 0.02 * np.abs(np.diff(x))[i] + _ON_FOLD * width
+    return bool((np.abs(crossed - value) < near).any())
+
+
+@dataclass(frozen=True, eq=False)
+class EndingPlan(MapPlan[EndingFindings]):
+    """third: the parameter that changes."""
+
+    third: Parameter
+    case: EndingMapCase
+
+    @classmethod
+    def of(
+        cls, spec: StabilityMap, subject: Machine | OwnEquations, along: Parameter, second: Parameter, bounds: Bounds
+    ) -> EndingPlan:  # fmt: skip
+        """Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
+        assert spec.eliminate is not None and spec.eliminate_range is not None
+        third = parameter_of(subject, spec.eliminate, "eliminate")
+        ends = ends_of(subject, third, spec.eliminate_range, "eliminate_range")
+        plane = Plane((third.path, along.path, second.path), (ends, *bounds))
+        case = EndingMapCase.of(subject, plane, spec.cells or _CELLS_OF_ENDINGS, spec.settings, spec.orbit_settings)
+        return cls(along, second, bounds, case.warnings, third, ends, case)
+
+    def run(self, work: Work) -> Iterator[EndingFindings]:
+        """See ``MapPlan``."""
+        return map_endings(self.case, work)
+
+    def parts(self, findings: EndingFindings) -> MapParts:
+        """See ``MapPlan``."""
+        areas = regions([(c.x, c.y) for c in findings.curves], self.bounds)
+        kinds, against = kinds_of(areas, [(p.x, p.y, p.kind) for p in findings.places])
+        lines = list[PlaneCurve]()
+        for c in findings.curves:
+            inner = slice(2, -2) if len(c.x) > _SMALL_PARTS else slice(None)
+            sides = sides_of(areas, kinds, c.x[inner], c.y[inner])
+            differing = [s for s in sides if s[0] != s[1]]
+            if len(differing) <= _SAME_SIDES * len(sides):
+                continue
+            a, b = Counter((min(s), max(s)) for s in differing).most_common(1)[0][0]
+            name = " | ".join(sorted((SHORT.get(a, UNKNOWN), SHORT.get(b, UNKNOWN)), key=list(SHORT.values()).index))
+            lines.append(replace(c, kind=name))
+        tones = tuple(TONES.get(k, 0) for k in kinds)
+        return MapParts(
+            lines=by_name(lines), marks=findings.points,
+            places=tuple(Place(p.x, p.y, ENDINGS.get(p.kind, UNKNOWN), p.begins, p.end.value) for p in findings.places),
+            areas=areas, labels=tuple(ENDINGS.get(k, UNKNOWN) for k in kinds), tones=tones,
+            hatches=tuple(int(t == 1) for t in tones),
+            against=tuple(Place(x, y, ENDINGS.get(k, UNKNOWN)) for x, y, k in against),
+            lost=(*findings.lost, *self._unexplained(findings)),
+        )  # fmt: skip
+
+    def _unexplained(self, findings: EndingFindings) -> list[str]:
+        """A sentence on neighbouring places that differ, with no curve between them."""
+        if not findings.complete or not (left := unexplained(self.case, findings)):
+            return []
+        one, other = left[0]
+        return [
+            f"between {len(left)} pairs of neighbouring places no curve was found, such as {self.along.path} = {one.x:.4g}, "
+            f"{self.second.path} = {one.y:.4g} ({ENDINGS.get(one.kind, UNKNOWN)}) and {other.x:.4g}, {other.y:.4g} "
+            f"({ENDINGS.get(other.kind, UNKNOWN)})"
+        ]
+
+    def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
+        """See ``MapPlan``."""
+        listed = ", ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
+        sentence = f"the modulated motion, as {self.third.called} changes: {listed} of the plane"
+        at = [f"{self.along.at(m.x, 7)}, {self.second.at(m.y, 7)}" for m in parts.marks]
+        return sentence + (f"; the regions meet at {' and at '.join(at)}" if at else "")

@@ -4,40 +4,19 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from wucht.dynamics.branches.plane_regions import Bounds, Regions
+from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, Regions
 from wucht.dynamics.work import Work
 from wucht.schema import Parameter
 
 MODULATED = "modulated motion"
 UNKNOWN = "not identified"
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A boundary. name, group: its own, and of all that are drawn alike. value (N,): of the third parameter."""
-
-    name: str
-    group: str
-    x: np.ndarray
-    y: np.ndarray
-    value: np.ndarray
-
-
-@dataclass(frozen=True)
-class Mark:
-    """A point of the plane. value: of the third parameter, not a number where there is none."""
-
-    kind: str
-    label: str
-    x: float
-    y: float
-    value: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -53,13 +32,14 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class MapParts:
-    """Of a map. labels, tones, hatches: of its regions; everywhere: names of states that are stable in all of them.
+    """Of a map. lines: boundaries by name, the kind being what they are drawn by. labels, tones, hatches: of its regions;
+    everywhere: names of states that are stable in all of them.
 
     against: places that say otherwise than their region. lost: sentences on what is missing. runs: by which places are checked.
     """
 
-    lines: tuple[Line, ...]
-    marks: tuple[Mark, ...]
+    lines: Mapping[str, PlaneCurve]
+    marks: tuple[PlanePoint, ...]
     places: tuple[Place, ...]
     areas: Regions
     labels: tuple[str, ...]
@@ -115,10 +95,10 @@ def shares(areas: Regions, labels: Sequence[str]) -> dict[str, float]:
     return {label: float(sizes[[k for k, each in enumerate(labels) if each == label]].sum()) for label in dict.fromkeys(labels)}
 
 
-def numbered(names: Sequence[str]) -> list[str]:
-    """The same, names that occur again with a number: ``fold: together``, ``fold: together (2)``."""
-    count, made = dict[str, int](), []
-    for name in names:
-        count[name] = count.get(name, 0) + 1
-        made.append(name if count[name] == 1 else f"{name} ({count[name]})")
-    return made
+def by_name(curves: Sequence[PlaneCurve]) -> dict[str, PlaneCurve]:
+    """Curves by their kinds, those of one kind with numbers: ``fold: together``, ``fold: together (2)``."""
+    count, named = Counter[str](), dict[str, PlaneCurve]()
+    for curve in curves:
+        count[curve.kind] += 1
+        named[curve.kind if count[curve.kind] == 1 else f"{curve.kind} ({count[curve.kind]})"] = curve
+    return named
