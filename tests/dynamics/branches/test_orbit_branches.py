@@ -12,13 +12,12 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.dynamics.branches import bifurcation_diagram, orbit_branches, orbit_diagram, single_orbits
+from wucht.dynamics.branches import bifurcation_diagram, orbit_branches, orbit_diagram
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.first_orbits import cycles_of
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch, StoredOrbit
-from wucht.dynamics.branches.orbit_diagram import OrbitCase, OrbitFindings, follow_orbits
+from wucht.dynamics.branches.orbit_diagram import OrbitCase, OrbitFindings, ReportedOrbit, follow_orbits, near, reported
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.single_orbits import ReportedOrbit, near, reported
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -162,19 +161,19 @@ def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch
     """Newton's method fails; upwards or downwards it is followed to the very value, not beyond a fold."""
     case, (branch,) = case_of(), followed().branches
     cycles = cycles_of(case.problem, branch.seed.winding, branch.seed.scale, 2 * branch.seed.longest)
-    corrected = single_orbits._corrected
+    corrected = orbit_diagram._by_newton
 
     def fails(of: Any, orbit: StoredOrbit, at: float) -> Any:
         if at == value:
             raise RunError("too far")
         return corrected(of, orbit, at)
 
-    monkeypatch.setattr(single_orbits, "_corrected", fails)
-    there = single_orbits._at(cycles, [kept_at(begin)], value)
+    monkeypatch.setattr(orbit_diagram, "_by_newton", fails)
+    there = orbit_diagram._at(cycles, [kept_at(begin)], value)
     assert there.parameter == value
     assert there.period == pytest.approx(2 * np.pi / (1 + square(value, 1)), rel=1e-7)
     with pytest.raises(RunError, match="it lies beyond a fold"):
-        single_orbits._followed(cycles, kept_at(begin), -0.3)
+        orbit_diagram._by_branch(cycles, kept_at(begin), -0.3)
 
 
 def test_orbits_beside_a_value_the_nearest_first() -> None:

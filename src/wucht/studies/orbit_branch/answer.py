@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch
-from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
-from wucht.dynamics.branches.single_orbits import ReportedOrbit
+from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, answer, table
