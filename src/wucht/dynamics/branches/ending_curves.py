@@ -18,14 +18,9 @@ from wucht.dynamics.branches.modulated_motion import ModulatedMotion, nearest_fo
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, connections_at, connections_of
 from wucht.dynamics.branches.plane_regions import DOUBLE, CurvesAndPoints, PlaneCurve, PlanePoint
 from wucht.errors import RunError
-from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.numerics.periodic.connection import SADDLE_NODE, Connection
-from wucht.numerics.periodic.connection_starts import beyond, longer, of_cycle, rest_of, saddle_node_of, waiting
-from wucht.numerics.periodic.connection import Connection
-from wucht.numerics.periodic.connection_ends import SADDLE_NODE
 from wucht.numerics.periodic.connection_starts import beyond, longer, rest_of, saddle_node_of, waiting
-from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.numerics.periodic.saddle_connections import Connections
 
 RETURNS, BOTH, TO_SADDLE = "returns-to-saddle-node", "both-pairs-vanish", "saddle-node-to-saddle"
