@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine

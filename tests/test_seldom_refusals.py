@@ -20,8 +20,8 @@ from wucht.cams.prediction import _newton
 from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.dynamics.entrainment.branches import Edge, StableRange
+from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE
 from wucht.dynamics.entrainment.existence import Existence, range_around, threshold
-from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.varied import start_states, varied_of
 from wucht.dynamics.work import Work

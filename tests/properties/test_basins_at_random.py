@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.files.catalogue import load_machine
 
 

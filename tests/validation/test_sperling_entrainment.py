@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
-from wucht.dynamics.entrainment.swept_parameter import swept_parameter
+from wucht.dynamics.entrainment.entrainment_case import swept_parameter
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine

@@ -8,7 +8,7 @@ from tests.refusals import refused
 
 from wucht.dynamics.balancers.candidates import least_residual, phases
 from wucht.dynamics.balancers.number_of_bodies import with_bodies
-from wucht.dynamics.sampling.search_variables import balancing
+from wucht.dynamics.sampling.searches import balancing
 from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import angular_width
 from wucht.studies.study_file import read_study

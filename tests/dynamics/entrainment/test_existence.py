@@ -16,10 +16,9 @@ import pytest
 
 from wucht.dynamics.entrainment import existence as existence_module
 from wucht.dynamics.entrainment.branches import Edge, StableRange
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
 from wucht.dynamics.entrainment.existence import Existence, existence, threshold
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
-from wucht.dynamics.entrainment.swept_parameter import swept_parameter
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine

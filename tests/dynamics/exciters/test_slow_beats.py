@@ -14,7 +14,7 @@ from wucht.dynamics.exciters.slow_beats import Beat, Rig
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.dynamics.sampling.search_variables import variables_of
+from wucht.dynamics.sampling.searches import variables_of
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.counting import rainflow

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.exciters import averaged_speeds as module
-from wucht.dynamics.exciters.averaged_speeds import STEADY, UNSTABLE, AveragedSpeed, averaged_speed
+from wucht.dynamics.exciters import speed_readings as module
+from wucht.dynamics.exciters.speed_readings import STEADY, UNSTABLE, AveragedSpeed, averaged_speed
 from wucht.errors import InputError
 
 MACHINE: Any = SimpleNamespace(rotor=SimpleNamespace(name="drum"))

@@ -11,9 +11,8 @@ import pytest
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.sampling import ensemble_run
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
 from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from

@@ -9,7 +9,7 @@ import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_equations import Variants, equations_of
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.files.building import machine_from
 
 

@@ -13,9 +13,8 @@ import xarray as xr
 from tests.hand_made import drawn, titled, warnings_of, with_answer
 
 import wucht
-from wucht.dynamics.exciters.averaged_speeds import STEADY, UNSTABLE, AveragedSpeed
 from wucht.dynamics.exciters.failing_machine import Course, FailingMachine
-from wucht.dynamics.exciters.speed_readings import Readings, Windows
+from wucht.dynamics.exciters.speed_readings import STEADY, UNSTABLE, AveragedSpeed, Readings, Windows
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.studies.failure_detection import run as run_module

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.studies.study_file import read_study
 

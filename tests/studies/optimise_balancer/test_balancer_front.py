@@ -11,7 +11,7 @@ from known_fronts import END, MACHINE, RANGE, Parabolas, x_of
 from tests.refusals import refused
 
 from wucht.dynamics.balancers import candidates
-from wucht.dynamics.sampling import pareto_search
+from wucht.dynamics.sampling import searches
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
@@ -130,6 +130,6 @@ def test_without_pymoo_a_sentence_says_what_is_needed(monkeypatch: pytest.Monkey
             raise ImportError(name)
         return importlib.import_module(name)
 
-    monkeypatch.setattr(pareto_search, "import_module", without)
+    monkeypatch.setattr(searches, "import_module", without)
     with refused("study.kind", "wucht[optimise]", given="optimise-balancer"):
         ask(TWO, MACHINE)

@@ -10,8 +10,8 @@ from tests.refusals import refused
 
 from wucht.dynamics.balancers import candidates
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluated
-from wucht.dynamics.balancers.compensated_states import compensated_state
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.balancers.damping_optimum import compensated_state
+from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, THROUGH, Outcome
 from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.balancers.candidates import tried
-from wucht.dynamics.balancers.compensated_states import compensated_state, decay_rate
-from wucht.dynamics.balancers.damping_optimum import damping_curve, rates_of
+from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate, rates_of
 from wucht.dynamics.work import Work
 from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer

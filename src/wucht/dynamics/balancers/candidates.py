@@ -11,10 +11,9 @@ import numpy as np
 
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion, Report
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
-from wucht.dynamics.sampling.search_variables import Variable, balancing, values_at
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report
+from wucht.dynamics.sampling.searches import Variable, balancing, values_at
 from wucht.dynamics.verdicts.outcomes import OPEN, OUTCOMES, THROUGH, Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from wucht.dynamics.sampling.search_variables import balancing
+from wucht.dynamics.sampling.searches import balancing
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import averaged_machine
-from wucht.dynamics.entrainment.swept_parameter import SweptParameter
+from wucht.dynamics.entrainment.entrainment_case import SweptParameter
 from wucht.dynamics.run_ups.initial_state import angles_in
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.entrainment.averaged_equations import STABLE, AveragedEquations
-from wucht.dynamics.entrainment.swept_parameter import stretches
+from wucht.dynamics.entrainment.entrainment_case import stretches
 from wucht.dynamics.work import Work
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import FOLD, HOPF, Equilibria

@@ -2,18 +2,118 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wucht.analysis.averaged import averaged_machine
-from wucht.dynamics.entrainment.swept_parameter import SweptParameter
+from wucht.dynamics.parameters import parameter_of
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.errors import InputError
+from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
+from wucht.machines.tree import RotatingBody
+
+DETUNING = "detuning"
+AMPLITUDE = "carrier.motion.amplitude"
+_REACH = 50  # times the speeds of the machine: far beyond any band
+_LARGEST_AMPLITUDE = 10  # times the machine's own
+
+
+@dataclass(frozen=True)
+class SweptParameter:
+    """What is swept: a parameter, or the no-load speeds of two motors whose mean stays (``detuning``).
+
+    own: the machine's own value. shares: of each parameter, by path, what it is at 0, and how it changes with the value.
+    """
+
+    name: str
+    unit: str
+    what: str
+    own: float
+    shares: Mapping[str, tuple[float, float]]
+
+    @property
+    def size(self) -> float:
+        """The largest of the machine's own value and of what the parameters are at 0."""
+        return max(abs(self.own), *(abs(mean) for mean, _ in self.shares.values()))
+
+    def values(self, value: float) -> dict[str, float]:
+        """The parameters' values, by path."""
+        return {path: mean + share * value for path, (mean, share) in self.shares.items()}
+
+    def at(self, machine: Machine, value: float) -> Machine:
+        """The machine with this value."""
+        return machine.with_unchecked(self.values(value))
+
+    def refuse(self, machine: Machine, value: float, where: str) -> None:
+        """Raises ``InputError`` where a part does not allow a value."""
+        if self.name == AMPLITUDE and value < 0:
+            raise InputError(where, value, "must be an amplitude from 0 on")
+        check_values(machine.parts, self.values(value), where, machine.values)
+
+    def widest(self, machine: Machine) -> tuple[float, float] | None:
+        """Limits far beyond any band, within which it is looked for; None where nothing tells how far that is."""
+        if self.name == AMPLITUDE:
+            return 0.0, _LARGEST_AMPLITUDE * self.own
+        if self.name != DETUNING and not self.name.endswith(".no_load_speed"):
+            return None
+        reach = _REACH * max(abs(machine.shaking_frequency or 0.0), self.size)
+        return (-reach, reach) if math.isfinite(reach) and reach > 0 else None
+
+
+def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter:
+    """The parameter of a name, or that which is swept by default. Raises ``InputError``.
+
+    By default the no-load speed of the main rotor's drive; of two exciters the difference of their motors; of a rotor without
+    drive the amplitude of the vibration.
+    """
+    if name == DETUNING or (name is None and machine.shaken is None and _two_motors(machine)):
+        return _detuning(machine)
+    name = name or no_load_speed(machine, machine.rotor)
+    if name is None and not machine.drives and AMPLITUDE in machine.parameters:
+        name = AMPLITUDE
+    if name is None:
+        needed = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
+        raise InputError("study.along", None, f"this key is missing; {needed}", code="missing")
+    p = parameter_of(machine, name)
+    return SweptParameter(name, p.unit, p.words or name, p.value, {name: (0.0, 1.0)})
+
+
+def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:
+    """The path of the no-load speed of a rotor's drive, None where it has no such key, or where a gear lies between."""
+    paths = [d.no_load_path() for d in machine.drives if d.on == rotor.name and d.transmission is None]
+    scheduled = {s.parameter for s in machine.schedules}
+    return next((p for p in paths if p is not None and p not in scheduled), None)
+
+
+def _two_motors(machine: Machine) -> dict[str, float]:
+    """The paths of the no-load speeds of two motors and the senses of their rotors; empty where there are not just two."""
+    senses = {no_load_speed(machine, r): sense_of(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
+    paths = {path: sense for path, sense in senses.items() if path is not None}
+    return paths if len(paths) == len(senses) == 2 else {}
+
+
+def _detuning(machine: Machine) -> SweptParameter:
+    """The second motor's no-load speed less the first one's, in magnitude; their mean stays."""
+    motors = _two_motors(machine)
+    if not motors:
+        raise InputError("study.along", DETUNING, "allowed for a machine with two rotors on drives with a no_load_speed each")
+    first, second = (sense * machine.values[path] for path, sense in motors.items())
+    mean, halves = (first + second) / 2, (-0.5, 0.5)
+    shares = {path: (sense * mean, sense * half) for (path, sense), half in zip(motors.items(), halves, strict=True)}
+    return SweptParameter(DETUNING, machine.units.speed, "difference of the no-load speeds", second - first, shares)
+
+
+def stretches(flags: Sequence[bool] | np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each stretch of neighbours whose flag is set."""
+    change = np.diff([0, *map(int, flags), 0])
+    return list(zip(np.flatnonzero(change > 0).tolist(), (np.flatnonzero(change < 0) - 1).tolist(), strict=True))
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ import numpy as np
 
 from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
 from wucht.dynamics.entrainment.branches import Branch, Continuation, StableRange
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE, DETUNING, EntrainmentCase, no_load_speed, swept_parameter
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
-from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE, DETUNING, no_load_speed, swept_parameter
 from wucht.dynamics.work import Work
 
 _MARGIN = 0.2  # of the band of existence: how far beyond it is looked

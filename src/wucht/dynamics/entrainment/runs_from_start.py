@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
-from wucht.dynamics.entrainment.swept_parameter import stretches
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, stretches
 from wucht.dynamics.run_ups.observed_integration import Watched
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.verdicts.locking import Locked, locked

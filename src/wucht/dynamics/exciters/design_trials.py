@@ -11,7 +11,7 @@ from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat, Rig
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
 from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.dynamics.sampling.search_variables import Variable, values_at
+from wucht.dynamics.sampling.searches import Variable, values_at
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

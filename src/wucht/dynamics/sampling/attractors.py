@@ -17,7 +17,7 @@ from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.closer_look import watched
 from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, parameters_of, places
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.verdicts.verdict import judge

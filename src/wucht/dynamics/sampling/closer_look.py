@@ -12,8 +12,7 @@ from wucht.analysis.full_motion import FullMotion
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import Numbered, Variants, parameters_of
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion, Report, part_of
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, part_of
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Watch, fastest_in_each
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome

@@ -14,7 +14,7 @@ from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.analysis.static import axis_at_rest
 from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.run_up_models import slow_model
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.dynamics.sampling.member_views import Bound, FullView, SlowView
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.errors import InputError

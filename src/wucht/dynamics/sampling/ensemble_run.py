@@ -1,13 +1,16 @@
-"""From starts and parameters to outcomes: a first look at all members, and a closer one at those that it does not decide."""
+"""From starts and parameters to outcomes: members are screened in batches, and the others judged; or run up one by one."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
-from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.initial_state import initial_state, placed
+from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
+from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.dynamics.sampling.attractors import attractors_of
 from wucht.dynamics.sampling.closer_look import begins_fast, looked_at
 from wucht.dynamics.sampling.doubling_pace import DoublingPace
@@ -19,15 +22,38 @@ from wucht.dynamics.sampling.ensemble_equations import (
     turns_otherwise,
     why_one_by_one,
 )
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion, Report, part_of
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, part_of
 from wucht.dynamics.sampling.first_look import FirstLook
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
-from wucht.dynamics.sampling.single_run_ups import run_up_each
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
+from wucht.dynamics.work import Work
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Status
 from wucht.numerics.flow.compiled import available_engine
+
+
+def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
+    """What becomes of members that start in states (n, M) of the machine's System."""
+    count = starts.shape[1]
+    settings = RunSettings(question.until, model=question.model, tolerance=question.tolerance)
+    outcome, failures = np.zeros(count, np.int8), dict[int, str]()
+    settling, peak, end = np.full((3, count), math.nan)
+    for i in range(count):
+        machine = placed(variants.machines[variants.of[i]], starts[:, i])
+        if question.model == "full":
+            model = FullModel(machine, starts[:, i])
+        else:
+            model = slow_model(machine, starts[:, i], question.inertia, question.order)
+        case = RunUpCase(machine, Horizon.of(machine, settings, starts[:, i]), (model,), settings)
+        for (motion,) in run_up(case, Work()):
+            report((i + min(motion.last.stored.end_time / case.horizon.expected_end, 1.0)) / count)
+        verdict, last = motion.verdict, motion.last.stored
+        outcome[i], peak[i], end[i] = OUTCOMES.index(verdict.outcome), motion.observation.largest, last.end_time
+        settling[i] = math.nan if verdict.settling_time is None else verdict.settling_time
+        if last.failure:
+            failures[i] = last.failure
+    return MemberOutcomes(outcome, settling, peak, end, tuple(failures.items()))
+
 
 _MOST_DOUBLINGS = 8  # of the first chunk
 _FIRST_LOOK = 0.5  # of the progress

@@ -11,8 +11,7 @@ from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.run_ups.varied import Varied, with_states
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.errors import InputError
 from wucht.machines.machine import Machine

@@ -11,10 +11,9 @@ import numpy as np
 
 from wucht.analysis.vibration import Vibration, moments_along_guides, unbalances
 from wucht.dynamics.verdicts.coasting import COASTS, windows_to_rest
-from wucht.dynamics.verdicts.lags import Lag, lag_of, undecided
+from wucht.dynamics.verdicts.lags import Lag, lag_of, undecided, windows_until_apart
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
-from wucht.dynamics.verdicts.parting import windows_until_apart
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.angles import wrapped

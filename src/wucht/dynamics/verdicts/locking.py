@@ -1,18 +1,21 @@
-"""Rotors entrained by a vibration or by each other: mean speeds and phases over whole periods."""
+"""Rotors that may be entrained: whether they turn at one mean speed, and what became of each at its resonance."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from wucht.analysis.vibration import Vibration
+from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, Standing, standing
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Observation
-from wucht.dynamics.verdicts.outcomes import Bounds, Locking
+from wucht.dynamics.verdicts.outcomes import Bounds, Evidence, Locking, Outcome, classify
 from wucht.machines.machine import Machine
+from wucht.machines.operation import common_free_speed, free_speed, sense_of
 from wucht.numerics.angles import wrapped
 from wucht.numerics.observers.projection import AHEAD, falling, projected, windows_of
 from wucht.numerics.observers.records import Blocks
@@ -119,3 +122,48 @@ def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.nda
     turned = {name: math.copysign(1.0, angle[-1] - angle[0]) * angle for name, angle in angles.items()}
     origin, frequency = turned.pop(machine.rotor.name), machine.shaking_frequency
     return {n: a - origin for n, a in turned.items()} if frequency is None else {"vibration": origin - frequency * time}
+
+
+def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> tuple[dict[str, Outcome], Evidence[float] | None]:
+    """What became of each of several rotors that are free to turn; and the evidence of their common motion, if they are locked.
+
+    Rotors that are locked excite the vibration together, in the phases they have, and one speed belongs to them, at which all
+    drives together are in balance. What they do to each other meanwhile, with phases at rest, is no part of that.
+    """
+    end, stands, free = seen.end_time, dict[str, Standing](), [r for r in machine.rotors if r.coordinate.prescribed is None]
+    for rotor in free if len(free) > 1 else []:
+        if (record := seen.rotors[rotor.name]).turns >= FEWEST_TURNS:
+            stands[rotor.name] = standing(machine, rotor, record, free_speed(machine, rotor, end), end, seen.noise)
+    common = _common(machine, seen, means, stands)
+    each = {name: s.evidence if common is None else _as_one(s, common) for name, s in stands.items()}
+    return {name: classify(e) for name, e in each.items()}, common
+
+
+def _common(machine: Machine, seen: Observation, means: Locked, stands: dict[str, Standing]) -> Evidence[float] | None:
+    """The evidence of the common motion of rotors that are locked; None where they are not, or one is not free to turn."""
+    record, locked = seen.common, means.evidence.locked and seen.vibration is None and len(stands) == len(machine.rotors)
+    # Without a drive a rotor may turn either way, but vibration and mean angle are those of one that turns counter-clockwise.
+    as_driven = all(means.speeds[r.name] * sense_of(machine, r) > 0 for r in machine.rotors)
+    if not locked or not as_driven or record is None or record.turns < FEWEST_TURNS:
+        return None
+    phases = {
+        body.name: means.phases.get(rotor.name, 0.0) + phase
+        for rotor in machine.rotors
+        for body, phase in zip(machine.group(rotor), stands[rotor.name].final_phases, strict=True)
+    }
+    reached, in_order = common_free_speed(machine), np.array([phases[b.name] for b in machine.bodies])
+    resonance = Vibration.of(machine).last_maximum(reached, in_order)
+    evidence = standing(machine, machine.rotor, record, reached, seen.end_time, seen.noise).evidence
+    return replace(evidence, resonance=resonance)
+
+
+def _as_one(stands: Standing, common: Evidence[float]) -> Evidence[float]:
+    """The evidence of a rotor in the common motion: the bodies about it are its own, and a swing that lasts."""
+    own = stands.evidence
+    return replace(
+        common,
+        settled=common.settled and not stands.growing,
+        residual=own.residual,
+        lags=own.lags,
+        modulation=own.modulation if own.modulated else common.modulation,
+    )

@@ -11,7 +11,7 @@ from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_de
 from wucht.dynamics.verdicts.coasting import COASTS
 from wucht.dynamics.verdicts.drive_and_vibration import as_it_rises, faster_branch
 from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, IN_NOISE, UNREST, Standing, standing
-from wucht.dynamics.verdicts.locking import Locked, is_locking, locked
+from wucht.dynamics.verdicts.locking import Locked, is_locking, locked, rotor_outcomes
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import (
     AMPLITUDE_TOLERANCE,
@@ -22,7 +22,6 @@ from wucht.dynamics.verdicts.outcomes import (
     Outcome,
     classify,
 )
-from wucht.dynamics.verdicts.several_rotors import rotor_outcomes
 from wucht.dynamics.verdicts.swings import longer_until_no_turning, swing_of, turning_on_the_whole
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
-from wucht.dynamics.sampling.smallest_value import fall_of, smallest
+from wucht.dynamics.sampling.ensembles import MemberOutcomes
+from wucht.dynamics.sampling.searches import fall_of, smallest
 from wucht.results.formatting import in_lines, percent
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.capture_probability.computation import Findings, Plan, Point

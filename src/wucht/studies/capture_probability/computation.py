@@ -11,11 +11,10 @@ import numpy as np
 from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
-from wucht.dynamics.sampling.ensemble_question import EnsembleQuestion
 from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.member_outcomes import MemberOutcomes
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at, where_possible
-from wucht.dynamics.sampling.smallest_value import Bounds, to_look_at
+from wucht.dynamics.sampling.searches import Bounds, to_look_at
 from wucht.dynamics.verdicts.outcomes import OPEN, OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

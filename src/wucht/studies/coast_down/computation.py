@@ -14,9 +14,9 @@ import numpy as np
 from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import energy_scale
 from wucht.analysis.static import axis_at_rest
-from wucht.dynamics.run_ups.body_phases import BodyPhases
 from wucht.dynamics.run_ups.descent_record import REVERSAL, Descent, Record, reduced
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, placed, speeds_in
+from wucht.dynamics.run_ups.steady_phases import BodyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine

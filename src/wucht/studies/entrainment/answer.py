@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE, EntrainmentCase
 from wucht.dynamics.entrainment.locked_motions import bodies_with_phase
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
-from wucht.dynamics.entrainment.swept_parameter import AMPLITUDE
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrapped

@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, check_entrainable
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, check_entrainable, swept_parameter
 from wucht.dynamics.entrainment.existence import Existence, existence, range_around, threshold
 from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotions
 from wucht.dynamics.entrainment.runs_from_start import (
@@ -21,7 +21,6 @@ from wucht.dynamics.entrainment.runs_from_start import (
     senses_of,
     values_to_run,
 )
-from wucht.dynamics.entrainment.swept_parameter import swept_parameter
 from wucht.dynamics.parameters import range_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError

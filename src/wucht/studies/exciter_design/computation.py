@@ -13,8 +13,7 @@ from wucht.dynamics.exciters.slow_beats import Rig
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
-from wucht.dynamics.sampling.pareto_search import generations, needed
-from wucht.dynamics.sampling.search_variables import balancing, variables_of
+from wucht.dynamics.sampling.searches import balancing, generations, needed, variables_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles

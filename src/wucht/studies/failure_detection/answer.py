@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.exciters.averaged_speeds import UNSTABLE
-from wucht.dynamics.exciters.speed_readings import Readings
+from wucht.dynamics.exciters.speed_readings import UNSTABLE, Readings
 from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Answer, Quantity
 from wucht.studies.failure_detection.prepare import Plan, Varied

@@ -9,9 +9,16 @@ from itertools import product
 
 import numpy as np
 
-from wucht.dynamics.exciters.averaged_speeds import AveragedSpeed, averaged_speed
 from wucht.dynamics.exciters.failing_machine import FailingRun
-from wucht.dynamics.exciters.speed_readings import Detection, Readings, Windows, detection_of, readings_of
+from wucht.dynamics.exciters.speed_readings import (
+    AveragedSpeed,
+    Detection,
+    Readings,
+    Windows,
+    averaged_speed,
+    detection_of,
+    readings_of,
+)
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import RunError

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, Evaluated
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
-from wucht.dynamics.sampling.pareto_search import not_dominated
+from wucht.dynamics.sampling.searches import not_dominated
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.results.formatting import percent
 from wucht.results.quantities import Quantity, answer

@@ -1,13 +1,53 @@
-"""Where a wanted probability is reached: the search, and how often it errs."""
+"""What a search varies: keys of bodies, groups of them, single paths."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.smallest_value import Bounds, fall_of, smallest, to_look_at
+from wucht.dynamics.sampling.searches import (
+    Bounds,
+    balancing,
+    fall_of,
+    not_dominated,
+    smallest,
+    spread_out,
+    to_look_at,
+    values_at,
+    variables_of,
+)
 from wucht.studies.capture_probability.probability_bands import interval
 from wucht.studies.capture_probability.sensitivity import REPLICATES, points
+from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.study_file import read_study
+
+CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
+
+
+def test_keys_groups_and_paths() -> None:
+    vary = {"damping": [1e-5, 1e-3], "mass": {"of": ["b1", "b2"], "range": ["4 g", "5 g"]}, "drive": {"slope": [1e-3, 2e-3]}}
+    damping, mass, slope = variables_of(CENTRIFUGE, OptimiseBalancer(vary=vary).vary, together=False)
+    assert damping.paths == tuple(f"b{k}.damping" for k in range(1, 5))
+    assert mass.paths == ("b1.mass", "b2.mass")
+    assert (mass.low, mass.high) == (4e-3, 5e-3)
+    assert slope.paths == ("drive.slope",)
+    assert damping.at(np.array([0, 0.5, 1])) == pytest.approx([1e-5, 1e-4, 1e-3])
+    assert mass.at(np.array([0.5])) == pytest.approx([4.5e-3])
+    assert damping.share(1e-4) == pytest.approx(0.5)
+
+
+def test_a_pendulums_inertia_keeps_its_ratio() -> None:
+    machine = read_study("practice/laundry-drum").subject
+    names = balancing(machine)
+    if f"{names[0]}.inertia" not in machine.values:
+        machine = read_study("drozdetskaya-2020/r1").subject
+        names = balancing(machine)
+    assert f"{names[0]}.inertia" in machine.values
+    own = machine.values[f"{names[0]}.mass"]
+    (mass,) = variables_of(machine, OptimiseBalancer(vary={"mass": [own / 2, 2 * own]}).vary, together=False)
+    assert values_at(machine, [mass], [2 * own])[f"{names[0]}.inertia"] == pytest.approx(
+        2 * machine.values[f"{names[0]}.inertia"]
+    )
 
 
 def seen(*lows: float, width: float = 0.1) -> list[Bounds]:
@@ -79,3 +119,17 @@ def test_the_search_ends_at_a_thousandth_of_the_range() -> None:
     assert 0 <= found - 0.7 <= 1e-3
     assert len(known) == 3 + 9
     assert to_look_at(seen(0.7, 0.8), 0.6) is None, "below the first value nothing is looked at"
+
+
+def test_not_dominated_is_what_pairs_say() -> None:
+    points = np.round(np.random.default_rng(3).random((60, 3)), 1)
+    better = [[bool((q <= p).all() and (q < p).any()) for q in points] for p in points]
+    assert np.array_equal(not_dominated(points), ~np.any(better, axis=1))
+    assert not_dominated(np.array([[1.0, 1.0], [1.0, 1.0]])).all(), "equal points do not dominate each other"
+
+
+def test_spread_out_has_the_best_of_each_and_gaps_filled() -> None:
+    t = np.linspace(0, 1, 101)
+    chosen = spread_out(np.stack([t, 1 - t], axis=1), 5)
+    assert np.allclose(t[chosen], [0, 0.25, 0.5, 0.75, 1], atol=0.01)
+    assert len(spread_out(np.ones((7, 2)), 5)) == 1
