@@ -17,7 +17,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint, cell_centres, regions
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import with_parameters
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import Work, with_made
 from wucht.errors import WuchtError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
@@ -80,20 +80,16 @@ def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
     findings = EndingFindings()
     cells = case.centres
     for k, cell in enumerate(cells):
-        findings = _with(findings, _place(case, work, cell, _PLACES * k / len(cells)))
+        findings = with_made(findings, "places", _place(case, work, cell, _PLACES * k / len(cells)))
         yield findings
     findings = yield from _curves(case, findings, work)
     parted = regions([(c.x, c.y) for c in findings.curves], case.plane.bounds[1:])
     known = {parted.at(p.x, p.y) for p in findings.places}
     for k in [k for k in range(parted.count) if k not in known]:
-        findings = _with(findings, _place(case, work, parted.inmost(k), _CURVES))
+        findings = with_made(findings, "places", _place(case, work, parted.inmost(k), _CURVES))
         yield findings
     work.report(1.0)
     yield replace(findings, complete=True)
-
-
-def _with(findings: EndingFindings, place: OrbitEnding) -> EndingFindings:
-    return replace(findings, places=(*findings.places, place))
 
 
 def _place(case: EndingMapCase, work: Work, place: tuple[float, float], share: float) -> OrbitEnding:

@@ -9,6 +9,7 @@ exponents are those transverse to the family.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
@@ -104,20 +105,17 @@ class FamilyCurve:
         """The branch of the family to which a state at a value belongs. Raises ``RunError`` where it cannot be followed."""
         branch = self.equilibria.branch(self.equilibria.start([state.speed], value))
         points, ends = self._closing(branch, value, state.speed)
-        u, exponents, kinds, shares = list[np.ndarray](), list[np.ndarray](), list[str](), list[float]()
+        rows = list[tuple[np.ndarray, np.ndarray, str, float]]()
         for i, p in enumerate(points):
-            for speed, at, some, kind in self._changes(points[i - 1], p) if i else ():
+            here = float(p.x[0]), p.parameter, self._members(p.parameter, float(p.x[0])), p.kind
+            for speed, at, some, kind in (*(self._changes(points[i - 1], p) if i else ()), here):
                 # At a limit the member that gains or loses its stability there: the first that is stable, or the last.
                 k = {SOME_STABLE: some.first, ALL_STABLE: some.last}.get(kind, 0)
-                phases, own = some.phases[:, k], some.exponents[k]
-                u, exponents = [*u, self._point(speed, phases, at)], [*exponents, own]
-                kinds, shares = [*kinds, kind], [*shares, some.share]
-            some = self._members(p.parameter, float(p.x[0]))
-            u, exponents = [*u, self._point(float(p.x[0]), some.phases[:, 0], p.parameter)], [*exponents, some.exponents[0]]
-            kinds, shares = [*kinds, p.kind], [*shares, some.share]
+                rows.append((self._point(speed, some.phases[:, k], at), some.exponents[k], kind, some.share))
+        u, exponents, kinds, shares = zip(*rows, strict=True)
         return EquilibriumBranch(
-            u=np.array(u).T, exponents=self._padded(exponents), kinds=tuple(kinds), ends=ends,
-            kind=Kind("compensating"), dimension=state.dimension, stable_share=tuple(shares),
+            u=np.array(u).T, exponents=self._padded(exponents), kinds=kinds, ends=ends,
+            kind=Kind("compensating"), dimension=state.dimension, stable_share=shares,
         )  # fmt: skip
 
     def same(self, branch: EquilibriumBranch, state: State, value: float) -> bool:
@@ -151,7 +149,7 @@ class FamilyCurve:
     def _point(self, speed: float, phases: np.ndarray, value: float) -> np.ndarray:
         return self.slow.point(State(speed, phases), value)
 
-    def _padded(self, exponents: list[np.ndarray]) -> np.ndarray:
+    def _padded(self, exponents: Sequence[np.ndarray]) -> np.ndarray:
         made = np.full((len(self.slow.names), len(exponents)), np.nan, complex)
         for i, own in enumerate(exponents):
             made[: len(own), i] = own

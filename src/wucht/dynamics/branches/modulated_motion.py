@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import disconnected_branches, seeded
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria
+from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria, Equilibrium
 
 _STARTS = 24  # of Newton's method
 _SEARCHED, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
@@ -140,26 +140,26 @@ class LostState:
     way: int
     fastest: float
 
+    @classmethod
+    def of(cls, point: Equilibrium, state: np.ndarray, grows: bool) -> LostState:
+        """A point of a branch. grows: whether the parameter does on the way on which the state is lost."""
+        return cls(point.parameter, state, 1 if grows else -1, float(np.abs(point.eigenvalues).max()))
+
 
 def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
     """The folds and Hopf points of stable states, those first that are passed as the parameter grows."""
     found = list[LostState]()
     for branch in branches:
-        points, scale = branch.points, branch.equations.scale[:-1]
-        for i in range(1, len(points) - 1):
-            if points[i].kind == HOPF and points[i - 1].unstable + points[i + 1].unstable == 2:
-                stable, gone = sorted((points[i - 1], points[i + 1]), key=lambda p: p.unstable)
-                if stable.unstable == 0 and gone.parameter != stable.parameter:
-                    way = 1 if gone.parameter > stable.parameter else -1
-                    fastest = float(np.abs(points[i].eigenvalues).max())
-                    found.append(LostState(points[i].parameter, points[i].x + _ASIDE * scale, way, fastest))
-            if points[i].kind != FOLD:
-                continue
-            beside = [p for p in (points[i - 1], points[i + 1]) if not p.kind]
-            if beside and any(p.unstable == 0 for p in beside):
-                value = points[i].parameter
-                way = 1 if beside[0].parameter < value else -1
-                found.append(LostState(value, points[i].x, way, float(np.abs(points[i].eigenvalues).max())))
+        aside = _ASIDE * branch.equations.scale[:-1]
+        for before, point, after in zip(branch.points, branch.points[1:], branch.points[2:], strict=False):
+            if point.kind == HOPF:
+                stable, gone = sorted((before, after), key=lambda p: p.unstable)
+                if (stable.unstable, gone.unstable) == (0, 2) and gone.parameter != stable.parameter:
+                    found.append(LostState.of(point, point.x + aside, gone.parameter > stable.parameter))
+            elif point.kind == FOLD:
+                beside = [p for p in (before, after) if not p.kind]
+                if any(p.unstable == 0 for p in beside):
+                    found.append(LostState.of(point, point.x, beside[0].parameter < point.parameter))
     return sorted(found, key=lambda f: (-f.way, f.value))
 
 
@@ -170,8 +170,7 @@ def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostSt
     if not folds:
         raise RunError(f"the saddle has no fold over {motion.subject.path}")
     best = min(folds, key=lambda p: abs(p.parameter - value))
-    fastest = float(np.abs(best.eigenvalues).max())
-    return LostState(best.parameter, best.x, 1 if value < best.parameter else -1, fastest)
+    return LostState.of(best, best.x, value < best.parameter)
 
 
 @dataclass(frozen=True)

@@ -78,19 +78,21 @@ class SystemEquilibria:
     @cached_property
     def equilibria(self) -> Equilibria:
         """As they are followed: states and parameter by the widths of their ranges, angles by a radian."""
-        turning = {s.name for s in self.subject.system.angles}
         limits = {
             i: (low - _AROUND * (high - low), high + _AROUND * (high - low))
             for i, (n, (low, high)) in enumerate(self.ranges.items())
-            if n not in turning
+            if n not in self._turning
         }
         equations = Equations.of(self.subject.system, [self.path], self.subject.values, self._scale)
         return Equilibria(equations, self.bounds, _STEPS, limits)
 
     @property
+    def _turning(self) -> set[str]:
+        return {s.name for s in self.subject.system.angles}
+
+    @property
     def _scale(self) -> dict[str, float]:
-        turning = {s.name for s in self.subject.system.angles}
-        sizes = {n: high - low for n, (low, high) in self.ranges.items() if n not in turning}
+        sizes = {n: high - low for n, (low, high) in self.ranges.items() if n not in self._turning}
         return sizes | {self.path: self.bounds[1] - self.bounds[0]}
 
     def equations_with(self, second: str, width: float) -> Equations:
@@ -141,8 +143,7 @@ class SystemEquilibria:
 
     def stated(self, u: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``."""
-        turning = {s.name for s in self.subject.system.angles}
-        return {n: float(wrapped(x) if n in turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
+        return {n: float(wrapped(x) if n in self._turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
 
     def end(self, u: np.ndarray) -> str:
         """See ``SteadyStates``."""
