@@ -17,7 +17,7 @@ from benchmarks.run_up import best
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.measurements.order_fit import fit_orders

@@ -34,7 +34,7 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import STEPS, Cycles
-from wucht.studies.phase_portrait.section import section
+from wucht.studies.phase_portrait.computation import section
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import System
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import RollerFollower
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.laws.standard_laws import StandardLaw, of_polynomials
 from wucht.cams.tables.kinds_of_law import RiseTable
 from wucht.schema import si

@@ -30,13 +30,12 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.numerics.recurrence import recurrence
 from wucht.results import provenance
-from wucht.results.integrity import check_attributes
+from wucht.results.provenance import check_attributes
 from wucht.results.store import prepare_folder
 from wucht.studies import memory
 from wucht.studies.cam_prediction import computation as prediction_run
-from wucht.studies.fingerprints import _text
 from wucht.studies.registry import Study
-from wucht.studies.subjects import MACHINE, OfMachineOrSystem
+from wucht.studies.subjects import MACHINE, OfMachineOrSystem, _text
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
 HELD = {"kind": "constant-speed", "speed": 100.0}

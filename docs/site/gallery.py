@@ -15,7 +15,7 @@ from typing import Any
 
 import wucht
 from wucht.files.catalogue import names
-from wucht.plots.saving import save_figure
+from wucht.plots.sheet import save_figure
 from wucht.studies.study_file import StudyFile, answer, read_study
 
 ROOT = Path(__file__).parents[2]

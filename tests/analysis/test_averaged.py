@@ -10,7 +10,7 @@ import sympy as sp
 from tests.refusals import refused
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import Forced
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine

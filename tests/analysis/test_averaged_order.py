@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import averaged_machine
-from wucht.analysis.full_motion import FullMotion
-from wucht.analysis.strength import weakened
+from wucht.analysis.averaged import FullMotion, averaged_machine
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
+from wucht.studies.approximation.order import weakened
 
 PHASES = {"p1": -0.5, "p2": 0.7}
 PENDULUM = {"kind": "pendulum", "about": "drum", "inertia": 1.69e-3, "damping": 0.169}

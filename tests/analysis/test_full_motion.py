@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.averaged import AveragedMachine, FullMotion, averaged_machine
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.analysis.full_motion import FullMotion
-from wucht.analysis.static import static_position
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -140,8 +138,8 @@ def test_the_static_position_is_added() -> None:
     slow, state = steady(machine, 150.0, {"p1": 1.0, "p2": 2.0})
     time = np.linspace(0, 2 * np.pi / 150.0, 65)[:-1]
     full = rebuilt(slow, time, np.repeat(state[:, None], 64, axis=1), 150.0 * time)
-    assert [full["carrier.x"].mean(), full["carrier.y"].mean()] == pytest.approx(static_position(machine), abs=1e-12)
-    assert static_position(machine)[1] == pytest.approx(-11.0 * 9.81 / 1e5)
+    assert [full["carrier.x"].mean(), full["carrier.y"].mean()] == pytest.approx(machine.rest, abs=1e-12)
+    assert machine.rest[1] == pytest.approx(-11.0 * 9.81 / 1e5)
 
 
 @pytest.mark.parametrize("sense", [1, -1])

@@ -7,9 +7,9 @@ import pytest
 from tests.refusals import refused
 
 from wucht.analysis.averaged import averaged_machine, keeps_inertia
-from wucht.analysis.configurations.steady_machine import turning
 from wucht.analysis.sections import section_of
 from wucht.files.catalogue import load_machine
+from wucht.machines.operation import turning
 from wucht.numerics.flow.program import Evaluator
 
 R2, TABLE = "drozdetskaya-2020/r2", "drozdetskaya-2020/table-5.1"

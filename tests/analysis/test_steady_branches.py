@@ -12,11 +12,11 @@ from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import at_speed
 from wucht.analysis.configurations.steady_branches import steady_branches
-from wucht.analysis.configurations.steady_machine import turning
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import Forced
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
+from wucht.machines.operation import turning
 
 NAMES = ("drozdetskaya-2020/r1", "practice/exciter", "drozdetskaya-2020/figure-5.14")
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from wucht.analysis.shaft import swing_frequency
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
+from wucht.analysis.working_points import swing_frequency
 from wucht.files.building import machine_from
 
 MASS, DAMPING, INERTIA, SLOPE, FREE = 10.0, 40.0, 0.02, 1e-3, 200.0

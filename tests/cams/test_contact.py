@@ -19,8 +19,8 @@ from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller, conjugate_cams
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
+from wucht.cams.linkages.closure import LeverMotion
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi

@@ -8,7 +8,7 @@ from scipy.special import jv
 from tests.refusals import refused
 
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, compared, left_by_order, orders, residuals
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics
 

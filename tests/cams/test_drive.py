@@ -12,7 +12,7 @@ from wucht.cams.followers.flat_faced import FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.laws.table_law import TableLaw
-from wucht.cams.linkages.linked_motion import LeverMotion
+from wucht.cams.linkages.closure import LeverMotion
 from wucht.errors import InputError
 
 LAW = {"kind": "harmonic", "coefficients": {"mean": 0.2, "cosine": [-0.2]}}

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from tests.refusals import failed, refused
 
 from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, OriginalCam
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi

@@ -11,9 +11,9 @@ from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
+from wucht.cams.linkages.closure import LeverMotion
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar
-from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.milled import MilledCam
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics, even_angles

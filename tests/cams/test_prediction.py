@@ -14,7 +14,7 @@ from tests.refusals import failed, refused
 
 from wucht.cams import prediction
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.prediction import CamShaft
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics, differentiation, even_angles

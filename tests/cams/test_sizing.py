@@ -12,8 +12,7 @@ from wucht.cams.followers.flat_faced import FlatFacedCam, smallest_flat_faced_ca
 from wucht.cams.followers.oscillating_roller import OscillatingRoller, smallest_lever_cam
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
-from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.standard_laws import STANDARD_LAWS
+from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi

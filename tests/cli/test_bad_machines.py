@@ -282,7 +282,7 @@ NESTED = {
 
 @pytest.mark.parametrize("name", NESTED)
 def test_nested_settings_arrive(machines: Path, name: str) -> None:
-    from wucht.cli.set_option import parse_settings
+    from wucht.cli.options import parse_settings
     from wucht.studies.study_file import read_study
 
     settings = parse_settings([s for s in NESTED[name] if not s.startswith("study")])

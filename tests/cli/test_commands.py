@@ -335,7 +335,7 @@ PAIRS = {
 
 @pytest.mark.parametrize(("settings", "expected"), PAIRS.values(), ids=PAIRS.keys())
 def test_settings_of_pairs(study: Study, settings: list[str], expected: list[float]) -> None:
-    from wucht.cli.set_option import parse_settings
+    from wucht.cli.options import parse_settings
 
     values = _values(study(), **parse_settings(settings))
     assert [values["carrier.stiffness.x"], values["carrier.stiffness.y"]] == expected
@@ -361,7 +361,7 @@ SETTINGS = {
 
 @pytest.mark.parametrize(("setting", "key", "value"), SETTINGS.values(), ids=SETTINGS.keys())
 def test_settings_from_the_command_line(study: Study, setting: str, key: str, value: float) -> None:
-    from wucht.cli.set_option import parse_settings
+    from wucht.cli.options import parse_settings
 
     assert _values(study(), **parse_settings([setting]))[key] == pytest.approx(value, rel=1e-12)
 
@@ -631,7 +631,7 @@ def test_a_reader_who_has_seen_enough(here: Path) -> None:
 
 @pytest.mark.parametrize("text", ['{ drum = { speed = "5 rad/s" }, p1 = 0.3 }', '{"drum": {"speed": "5 rad/s"}, "p1": 0.3}'])
 def test_a_table_is_set_from_the_command_line(text: str) -> None:
-    from wucht.cli.set_option import parse_settings
+    from wucht.cli.options import parse_settings
 
     assert parse_settings([f"study.start={text}"]) == {"study.start": {"drum": {"speed": "5 rad/s"}, "p1": 0.3}}
 

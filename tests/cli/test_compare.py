@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from tests import refusals
 
-from wucht.cli.set_option import parse_lists
+from wucht.cli.options import parse_lists
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]

@@ -18,8 +18,8 @@ import pytest
 import xarray as xr
 
 import wucht as package
-from wucht.cli.interruption import interruptible
 from wucht.cli.progress import Progress
+from wucht.cli.surroundings import interruptible
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from page_blocks import PAGES, ROOT, Block, blocks, inline_commands, missing, run_python, write_files
 
-from wucht.cli.set_option import parse_settings
+from wucht.cli.options import parse_settings
 from wucht.files.building import machine_from
 from wucht.files.catalogue import names
 from wucht.machines.parts import bodies, carriers, drives, loads

@@ -10,7 +10,6 @@ from scipy.interpolate import CubicSpline
 from tests.refusals import refused
 
 from witness import GRID, TIME, Mechanism, along, close, energy_gap, moved
-from wucht.analysis.static import static_position
 from wucht.analysis.vibration import Vibration
 from wucht.files.building import machine_from
 
@@ -65,7 +64,7 @@ def test_a_screen_moves_as_its_masses_do(stator):
     """Full equations, gravity, two senses of rotation; with the stators on the carrier it feels the motors' reaction."""
     document = SCREEN | {"drives": [d | {"stator": stator} for d in SCREEN["drives"]]}
     rows = moved(document, {"left": 0.5, "right": -1.0, "carrier": {"x": 1e-3, "vr": 0.1}})
-    rest = static_position(machine_from(document))
+    rest = machine_from(document).rest
     begin = [rest[0] + 1e-3, rest[1], rest[2], 0.5, -1.0]
     other = screen_by_hand(stator == "carrier").motion(begin, [0, 0, 0.1, 0, 0], GRID)
     names = ("carrier.x", "carrier.y", "carrier.r", "left.angle", "right.angle")
@@ -110,7 +109,7 @@ def test_static_position_by_hand_and_that_it_rests():
     machine = machine_from(SCREEN)
     _, _, stiffness = matrices(machine)
     load = -9.81 * np.array([0.0, 35.0, 2.0 * -0.3 + 3.0 * 0.4])
-    assert static_position(machine) == pytest.approx(np.linalg.solve(stiffness, load), rel=1e-12)
+    assert machine.rest == pytest.approx(np.linalg.solve(stiffness, load), rel=1e-12)
     balanced = [b | {"eccentricity": 0.0} for b in SCREEN["bodies"]]
     balanced[1].pop("unbalance")
     rows = moved({"carrier": SCREEN["carrier"], "bodies": balanced})

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from tests.refusals import refused
 
 from wucht.machines.parts import DCSeparate, Induction
-from wucht.machines.parts.circuit_fit import fitted_circuit
-from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement
-from wucht.machines.parts.induction_nameplate import InductionNameplate
+from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement, fitted_circuit
+from wucht.machines.parts.nameplate import InductionNameplate
 
 few = settings(max_examples=25, deadline=None, derandomize=True)
 SLIPS = (-1.0, -0.3, -0.02, 0.001, 0.02, 0.1, 0.3, 0.7, 1.0, 1.8)

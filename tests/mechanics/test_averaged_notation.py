@@ -11,7 +11,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped
 from wucht.machines.symbols import notation_of
-from wucht.mechanics.averaged.averaged_notation import written_averaged
+from wucht.mechanics.notation import written_averaged
 
 MACHINES = (
     "drozdetskaya-2020/table-3.1-carrier",

@@ -13,8 +13,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.analysis.configurations.closed_form import State, at_speed
-from wucht.analysis.configurations.force_balance import compensating, members
+from wucht.analysis.configurations.closed_form import State, at_speed, compensating, members
 from wucht.analysis.configurations.search import by_subdivision
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.configurations.torus import OnTheTorus

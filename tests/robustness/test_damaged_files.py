@@ -79,7 +79,7 @@ def result(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 @pytest.mark.parametrize("count", [25, pytest.param(1000, marks=pytest.mark.slow)])
 def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> None:
     """What is read all the same is what was written: there are bytes that mean nothing."""
-    from wucht.results.loading import load
+    from wucht.results.output_folder import load
 
     whole, changed = result.read_bytes(), tmp_path / "result.nc"
 
@@ -98,8 +98,8 @@ def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> 
 @pytest.mark.parametrize("every", [151, pytest.param(1, marks=pytest.mark.slow)])
 def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     """Each is drawn, reported, exported, written as CSV and compared."""
-    from wucht.results.loading import load
-    from wucht.results.series import save_csv
+    from wucht.results.output_folder import load
+    from wucht.results.store import save_csv
     from wucht.studies import runner
     from wucht.studies.study_file import answer, read_comparison
 

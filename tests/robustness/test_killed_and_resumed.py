@@ -12,7 +12,7 @@ import pytest
 from tests.interrupting import assert_same
 from tests.robustness import children
 
-from wucht.results.loading import load
+from wucht.results.output_folder import load
 from wucht.studies.registry import studies
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="what is killed is a fork")

@@ -10,7 +10,7 @@ import pytest
 
 import figure_checks
 from wucht.plots.page import JOURNAL, PRINT
-from wucht.results.loading import load
+from wucht.results.output_folder import load
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 

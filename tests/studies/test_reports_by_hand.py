@@ -17,10 +17,10 @@ import wucht
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.results.quantities import Answer, Quantity
-from wucht.studies.load_keys import Woehler, woehler_at, woehler_line
 from wucht.studies.registry import study_of
 from wucht.studies.run_up import combined_runs
 from wucht.studies.run_up.combined_runs import joined
+from wucht.studies.shared_keys import Woehler, woehler_at, woehler_line
 
 AT = "10 rad/s (95 rpm)"
 

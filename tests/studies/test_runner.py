@@ -18,9 +18,8 @@ from tests.refusals import refused
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.plots.saving import save_figure
-from wucht.results.loading import load
-from wucht.results.output_folder import NEW
+from wucht.plots.sheet import save_figure
+from wucht.results.output_folder import NEW, load
 from wucht.results.quantities import Quantity, answer
 from wucht.schema import si
 from wucht.studies import runner

@@ -2,11 +2,123 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
-from wucht.files.catalogue import load_equations, load_machine
+import numpy as np
+import pytest
+from tests.refusals import refused
+
+from wucht.errors import InputError
+from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
 from wucht.numerics.flow.program import Evaluator
+from wucht.studies.memory import question_of, untitled
+from wucht.studies.study_file import read_study, run_file
 from wucht.studies.subjects import MACHINE_OR_SYSTEM, equations_of
+
+NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
+BARE = re.compile(rf"(?<=[\s\[,=]){NUMBER}(?=[\s\],}}]|$)")  # a TOML number
+WITH_UNIT = re.compile(rf'(?<="){NUMBER}(?=\s[^"]*")')  # "50 Hz"
+SILENT = re.compile(r"^\s*(title|source|notes|use|of|name|#|\[\[?[\w.]+\]\]?\s*(#|$))")
+TEXT = re.compile(r'"""(?:.|\n)*?"""')
+FAST = (
+    "drozdetskaya-2020/r1", "drozdetskaya-2020/figure-5.9a", "practice/fan-on-belt", "practice/screen-loaded",
+    "practice/fan-on-inverter", "practice/laundry-drum-friction", "practice/carton-pusher", "kaltofen-cam/dwell-and-return",
+    "sperling-vibration/figure-4", "practice/exciter",
+)  # fmt: skip
+
+
+def changed(number: str) -> str:
+    """A number with another last digit, or the next one where that is below the resolution of floating point."""
+    mantissa, e, exponent = number.partition("e")
+    last = mantissa[-1]
+    other = f"{mantissa[:-1]}{int(last) + (1 if last < '9' else -1)}{e}{exponent}"
+    return other if float(other) != float(number) else repr(math.nextafter(float(number), math.inf))
+
+
+def with_one_number_changed(text: str) -> Iterator[tuple[str, str]]:
+    """The same text with each of its numbers changed in turn, and what was changed."""
+    begin, spoken = 0, TEXT.sub(lambda found: re.sub(r"[^\n]", "#", found.group()), text)
+    for line in spoken.splitlines(keepends=True):
+        code = line.split(" #")[0]
+        if not SILENT.match(line):
+            for found in (*BARE.finditer(code), *WITH_UNIT.finditer(code)):
+                a, b = begin + found.start(), begin + found.end()
+                yield f"{text[:a]}{changed(found.group())}{text[b:]}", f"{line.strip()}: {found.group()}"
+        begin += len(line)
+
+
+def asked(path: Path) -> Any:
+    study = read_study(str(path))
+    return untitled(question_of(study.spec, study.subject))
+
+
+def unnoticed(name: str, folder: Path) -> tuple[list[str], int]:
+    """The changes of one number that leave the question the same, and how many could be tried."""
+    shutil.copytree((FOLDER / name).parent, folder, dirs_exist_ok=True)
+    path = folder / f"{Path(name).name}.toml"
+    text = path.read_text(encoding="utf-8")
+    before, same, tried = asked(path), list[str](), 0
+    for other, what in with_one_number_changed(text):
+        path.write_text(other, encoding="utf-8")
+        try:
+            now = asked(path)
+        except InputError:  # a number that cannot be another
+            continue
+        tried += 1
+        if now == before:
+            same.append(what)
+    return same, tried
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in FAST else pytest.mark.slow) for n in names()])
+def test_every_number_of_a_file_is_part_of_the_question(name: str, tmp_path: Path) -> None:
+    same, tried = unnoticed(name, tmp_path)
+    assert not same
+    if name in FAST:
+        assert tried > 3
+
+
+def test_neither_titles_nor_comments_nor_how_a_number_is_written_are(tmp_path: Path) -> None:
+    text = """title = "{title}"
+[machine]
+use = "practice/fan-on-belt"
+[machine.set]
+"carrier.mass" = {mass}
+[study]
+kind = "run-up"
+until = {until}
+"""
+    path = tmp_path / "a.toml"
+    questions = []
+    for title, mass, until in (("A", "112", '"40 s"'), ("B", "112.0  # kg", "40"), ("B", '"112000 g"', "4e1")):
+        path.write_text(text.format(title=title, mass=mass, until=until), encoding="utf-8")
+        questions.append(asked(path))
+    assert questions[0] == questions[1] == questions[2]
+
+
+def test_a_run_is_not_resumed_whose_schedule_has_changed(tmp_path: Path) -> None:
+    text = """[machine]
+use = "drozdetskaya-2020/r1"
+[[machine.schedules]]
+parameter = "drive.no_load_speed"
+points = [["0 s", "100 rad/s"], ["0.2 s", "{speed} rad/s"]]
+[study]
+kind = "run-up"
+until = "0.3 s"
+engine = "scipy"
+"""
+    path, folder = tmp_path / "a.toml", tmp_path / "results"
+    path.write_text(text.format(speed=200), encoding="utf-8")
+    before = run_file(path, folder=folder)
+    assert run_file(path, folder=folder, resume=True).attrs["created"] == before.attrs["created"]
+    path.write_text(text.format(speed=300), encoding="utf-8")
+    with refused("--resume", given=None, code="other-question"):
+        run_file(path, folder=folder, resume=True)
 
 
 def test_machines_and_own_equations_are_systems_with_values() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics
 

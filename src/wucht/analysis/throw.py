@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import Forced
 from wucht.machines.machine import Machine
 from wucht.numerics.peaks import between_samples, extremes
 

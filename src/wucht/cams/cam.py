@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.milled import Touching
 from wucht.cams.undercut import CutAway, RadiusAt
 

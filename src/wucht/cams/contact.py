@@ -15,8 +15,8 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.followers.roller_cam import ConjugateCams
-from wucht.cams.laws.law import Law
-from wucht.cams.linkages.linked_motion import LeverMotion
+from wucht.cams.laws import Law
+from wucht.cams.linkages.closure import LeverMotion
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID, Arc, arcs_below_zero, valleys
 from wucht.numerics.harmonics import Harmonics

@@ -14,8 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.cams.derivatives import composed
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
+from wucht.cams.linkages.closure import composed
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics, even_angles

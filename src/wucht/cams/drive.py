@@ -10,14 +10,12 @@ from typing import Any
 
 from wucht.cams.cam import Cam
 from wucht.cams.followers.follower import Follower
-from wucht.cams.laws.law import Law
-from wucht.cams.linkages.closure import Linkage
-from wucht.cams.linkages.linked_motion import LeverMotion
+from wucht.cams.laws import Law
+from wucht.cams.linkages.closure import LeverMotion, Linkage
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.linkage import LinkageTable
-from wucht.cams.tables.motion_law import LawTable, MotionLaw
-from wucht.cams.tables.output import unit_of_output
+from wucht.cams.tables.motion_law import LawTable, MotionLaw, unit_of_output
 from wucht.cams.tables.speed import SpeedTable
 from wucht.errors import InputError
 from wucht.files.documents import contents_of

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from wucht.cams.demands import not_negative, positive
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics, differentiation
 

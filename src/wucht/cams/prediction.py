@@ -15,7 +15,7 @@ import numpy as np
 
 from wucht.cams.correction import MotionOverTime, above, orders
 from wucht.cams.demands import not_negative, positive
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion, over_time
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics, differentiation, even_angles

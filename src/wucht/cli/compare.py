@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from wucht.cli.figure_options import PRINTED, Formatted, Styled
-from wucht.cli.importing import Imports
+from wucht.cli.options import PRINTED, Formatted, Imports, Styled
 
 if TYPE_CHECKING:
     from wucht.studies.study_file import StudyFile
@@ -38,7 +37,7 @@ def compare(
     from wucht.cli.run import tell
 
     def read() -> StudyFile:
-        from wucht.cli.set_option import parse_lists, parse_settings
+        from wucht.cli.options import parse_lists, parse_settings
         from wucht.studies.study_file import read_comparison
 
         return read_comparison(of, parse_settings(set_ or []), parse_lists(vary or []))

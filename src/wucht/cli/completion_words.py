@@ -12,8 +12,8 @@ def gathered() -> dict[str, Any]:
     default: kind of study; studies: of each its keys and what they allow; parts: the quantities of each kind.
     """
     from wucht.cli.completion import Shell
-    from wucht.cli.figure_options import Format, Style
     from wucht.cli.list import kinds
+    from wucht.cli.options import Format, Style
     from wucht.schema import keys_of
     from wucht.studies.registry import studies
     from wucht.studies.study_file import DEFAULT_KIND

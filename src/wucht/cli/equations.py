@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from wucht.cli.importing import Imports
+from wucht.cli.options import Imports
 from wucht.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def equations(
         raise InputError("--order", order, "must be 1 or 2")
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
-    from wucht.cli.set_option import parse_settings
+    from wucht.cli.options import parse_settings
     from wucht.files.catalogue import load_document, load_machine
     from wucht.machines.symbols import notation_of
 
@@ -104,7 +104,7 @@ def _left_out(machine: Machine) -> list[Symbol]:
 def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
     from wucht.analysis.averaged import averaged_machine
     from wucht.machines.operation import damped
-    from wucht.mechanics.averaged.averaged_notation import written_averaged
+    from wucht.mechanics.notation import written_averaged
 
     kept = not damped(machine) if inertia is None else inertia
     if not kept and not damped(machine):

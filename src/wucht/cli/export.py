@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.importing import Imports
+from wucht.cli.options import Imports
 from wucht.errors import InputError
 
 
@@ -18,9 +18,8 @@ def export(
     import_: Imports = None,
 ) -> None:
     """Write the files of a result for others: of a cam the points to mill, drawings and tables for controllers; or as CSV."""
-    from wucht.results.loading import load, result_file
-    from wucht.results.series import save_csv
-    from wucht.results.store import prepare_folder
+    from wucht.results.output_folder import load, result_file
+    from wucht.results.store import prepare_folder, save_csv
     from wucht.studies.runner import export as written
 
     dataset, file = load(result), result_file(result)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from wucht.cli.importing import Imports
+from wucht.cli.options import Imports
 from wucht.errors import InputError, nearest
 
 if TYPE_CHECKING:

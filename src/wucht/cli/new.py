@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.importing import Imports
+from wucht.cli.options import Imports
 from wucht.errors import InputError, nearest
 
 

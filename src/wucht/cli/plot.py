@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.figure_options import PRINTED, Formatted, Styled, write_figure
-from wucht.cli.importing import Imports
+from wucht.cli.options import PRINTED, Formatted, Imports, Styled, write_figure
 from wucht.errors import InputError
 
 
@@ -20,8 +19,7 @@ def plot(
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
-    from wucht.results.loading import load, result_file
-    from wucht.results.output_folder import note_figure
+    from wucht.results.output_folder import load, note_figure, result_file
     from wucht.results.store import prepare_folder
 
     dataset, file = load(result), result_file(result)

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import wucht
-from wucht.cli.figure_options import PRINTED, Format, Formatted, Style, Styled, formats_of, write_figure
-from wucht.cli.importing import Imports
+from wucht.cli.options import PRINTED, Format, Formatted, Imports, Style, Styled, formats_of, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +37,7 @@ def run(
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
-    from wucht.cli.set_option import parse_settings
+    from wucht.cli.options import parse_settings
     from wucht.studies.study_file import read_study
 
     tell(study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler, style, format_)
@@ -56,11 +55,10 @@ def tell(
     format_: list[Format] | None = None,
 ) -> None:
     """Answer what is read, write the files, and say what was found. study: its name; out: the folder, if one is given."""
-    from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
+    from wucht.cli.surroundings import interruptible
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
-    from wucht.results.series import save_csv
-    from wucht.results.store import RESULT, save_summary, to_json
+    from wucht.results.store import RESULT, save_csv, save_summary, to_json
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer
 

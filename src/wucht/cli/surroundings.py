@@ -1,20 +1,25 @@
-"""What a process of the command line is started in: its streams, and settings that are meant for other programs."""
+"""What a process of the command line is started in: its streams, signals, and settings that are meant for other programs."""
 
 from __future__ import annotations
 
 import importlib.util
 import io
 import os
+import signal
 import sys
-from contextlib import chdir, suppress
+from collections.abc import Callable, Iterator
+from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
-from wucht.errors import InputError
+from wucht.errors import InputError, WuchtError
 
 _EPOCH = "SOURCE_DATE_EPOCH"  # which libraries read when they are loaded, and when a figure is written
 _LAST_SECOND = 253402300799  # of the year 9999, the last that a date has
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # which OpenBLAS reads when NumPy is loaded, the first before the second
 _KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: of the studies that need most to begin, and for each further thread
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_STDERR = 2
+_HEARD = b"\nstopping: what was found is saved as soon as the step under way is done; once more ends at once, without that\n"
 
 
 def open_streams() -> None:
@@ -84,3 +89,41 @@ def fit_address_space() -> None:
         with suppress(ValueError):
             threads = int(os.environ.get(name, threads))
     os.environ[_THREADS[0]] = str(max(1, min(threads, 1 + (limit // 1024 - _KB) // _KB_A_THREAD)))
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], None]]:
+    """While active, a signal is answered at once, and raised as ``KeyboardInterrupt`` by the function that is given.
+
+    It acts at once as long as that function has not been called, when there is nothing to save; a second one always does.
+    What a library makes of that, such as an import that fails half-way, is one too; and where it is swallowed, the function
+    raises it.
+    """
+    asked, begun = list[int](), set[bool]()
+
+    def remember(number: int, _frame: object) -> None:
+        asked.append(number)
+        if not begun:
+            raise KeyboardInterrupt
+        with suppress(OSError):
+            os.write(_STDERR, _HEARD)  # not by sys.stderr, in which the signal may have arrived
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    def check() -> None:
+        begun.add(True)
+        if asked:
+            raise KeyboardInterrupt
+
+    before = {s: signal.signal(s, remember) for s in _SIGNALS}
+    try:
+        yield check
+    except WuchtError:
+        raise
+    except Exception:
+        if asked:
+            raise KeyboardInterrupt from None
+        raise
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)

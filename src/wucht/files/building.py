@@ -1,24 +1,160 @@
-"""File -> Machine: the machine part of a study file, checked key by key."""
+"""File -> Machine: the machine part of a study file, checked key by key, with values set by path.
+
+A path is such as ``drive.slope``, ``carrier.mounts.1.stiffness.x``, ``u``.
+"""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, get_args
 
-from wucht.errors import InputError
-from wucht.files.documents import Document, settings_in
-from wucht.files.equal_bodies import with_equal_bodies
-from wucht.files.settings import shaft_paths, shaft_tables, with_settings
-from wucht.machines.assembly import BESIDE_A_MODEL
+from pydantic import BaseModel
+
+from wucht.errors import InputError, nearest
+from wucht.files.documents import Document, flatten, settings_in
+from wucht.files.equal_bodies import is_of_one, of_all_first, with_equal_bodies
+from wucht.machines.assembly import BESIDE_A_MODEL, shaft_labels
 from wucht.machines.machine import Machine
 from wucht.machines.models import models
-from wucht.machines.parts import attachments, carriers, drives, loads
+from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
-from wucht.schema import checked, choice, refuse_unknown, table, text
+from wucht.schema import checked, choice, fields_of, models_in, refuse_unknown, table, text
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
 MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
+
+
+def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
+    """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere.
+
+    The name of several equal bodies sets all of them, and their ``count``; that of one sets it alone, in a table of its own.
+    """
+    document = copy.deepcopy(document)
+    for path, value in of_all_first(document, flatten(settings)).items():
+        document = with_equal_bodies(document) if is_of_one(document, path) else document
+        _set(document, path, value)
+    return document
+
+
+def shaft_tables(document: Document, group: str) -> list[Document]:
+    """The tables of ``drive`` or ``drives`` (``load``, ``loads``), on the only rotor by default. Raises ``InputError``."""
+    single, several = document.get(group), document.get(f"{group}s", [])
+    if single is not None and several:
+        raise InputError(f"machine.{group}s", None, f"give either [machine.{group}] or [[machine.{group}s]]")
+    if single is not None and not isinstance(single, dict):
+        raise InputError(f"machine.{group}", single, f"must be a table: [machine.{group}]")
+    if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
+        raise InputError(f"machine.{group}s", several, f"must be tables: [[machine.{group}s]]")
+    tables = [single] if single is not None else several
+    rotors = [b["name"] for b in _tables(document, "bodies") if "about" not in b and "name" in b]
+    if len(rotors) == 1:
+        for described in tables:
+            described.setdefault("on", rotors[0])
+    return tables
+
+
+def shaft_paths(group: str, shafts: Sequence[tuple[str, str]]) -> list[str]:
+    """The paths of drives or loads, each given as (body, kind)."""
+    return [f"{group}s.{label}" if label else group for label in shaft_labels(shafts)]
+
+
+def _tables(document: Document, key: str) -> list[Document]:
+    """The tables of bodies or attachments, as far as they are tables: what is wrong in them is reported when they are read."""
+    tables = document.get(key)
+    return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
+
+
+def _set(document: Document, path: str, value: Any) -> None:
+    head, *rest = path.split(".")
+    where = f"machine.set.{path}"
+    if head == "study":
+        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE", code="study-key")
+    if "model" in document:
+        known = fields_of(models()[choice(document, "model", "machine", models())])
+        if rest or head not in known:
+            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}", code="unknown-parameter")
+        document.setdefault("parameters", {})
+        table(document, "parameters", "machine.parameters")[head] = value
+        return
+    parts = _addressable(document)
+    key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
+    if path in parts:
+        inside = ", ".join(sorted(_keys_in(*parts[path]))) or "none"
+        raise InputError(where, value, f"this is a part; set one of its keys as {path}.KEY: {inside}", code="part")
+    if key is None:
+        raise InputError(
+            where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'", code="unknown-parameter"
+        )
+    described, cls = parts[key]
+    _set_inside(described, path[len(key) + 1 :].split("."), value, where, key, cls)
+
+
+_INSTEAD = {
+    "file": ("points",), "table": ("points",), "points": ("file", "table"), "frequency": ("stiffness",),
+    "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio",),
+    "rotation_frequency": ("rotation_stiffness",), "rotation_stiffness": ("rotation_frequency",),
+    "rotation_damping_ratio": ("rotation_damping",), "rotation_damping": ("rotation_damping_ratio",),
+}  # fmt: skip
+
+
+def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str, cls: type[BaseModel] | None) -> None:
+    """Walk down tables, numbered lists of tables and pairs, and set the last key. cls: of the part, if its kind is known.
+
+    A table that the part may have, and has not, is made: what is needed in it and not set is said when it is read.
+    """
+    while len(inner) > 1 and isinstance(target, dict):
+        inside = None if cls is None else _optional_table(cls, inner[0])
+        name, below = inner[0], target.setdefault(inner[0], {}) if inside is not None else target.get(inner[0])
+        if isinstance(below, dict):
+            target, inner, cls = below, inner[1:], inside
+        elif isinstance(below, list) and inner[1].isdigit() and 1 <= int(inner[1]) <= len(below):
+            target, inner, cls = below[int(inner[1]) - 1], inner[2:], None
+        elif len(inner) == 2 and inner[1] in ("x", "y") and isinstance(below, list) and len(below) == 2:
+            below["xy".index(inner[1])] = value
+            return
+        elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
+            both = where.removeprefix("machine.set.").rpartition(".")[0]
+            raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]", code="pair")
+        else:
+            break
+    known = {} if cls is None else fields_of(cls, given=True)
+    if len(inner) != 1 or not isinstance(target, dict) or (not target and cls is not None and inner[0] not in known):
+        beside = dict.fromkeys([*(target if isinstance(target, dict | list) else ()), *known])
+        raise InputError(
+            where, value, f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}", code="unknown-parameter"
+        )
+    for other in _INSTEAD.get(inner[0], ()):
+        target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
+    target[inner[0]] = value
+
+
+def _keys_in(described: Document, cls: type[BaseModel] | None) -> Iterable[str]:
+    """The keys that a part's table has, and those that it may have."""
+    return {*described, *(() if cls is None else fields_of(cls, given=True))} - {"kind", "name"}
+
+
+def _optional_table(cls: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """The table that may be given under a key of another one, None where something else stands there."""
+    field = fields_of(cls, given=True).get(key)
+    forms = () if field is None else get_args(field.annotation) or (field.annotation,)
+    return next((form for form in forms if [form] == models_in(form)), None)
+
+
+def _addressable(document: Document) -> dict[str, tuple[Document, type[BaseModel] | None]]:
+    """The tables of all parts by their paths, and the class of each, if its kind is known."""
+    parts: dict[str, tuple[Document, type[BaseModel] | None]] = {}
+    if isinstance(carrier := document.get("carrier"), dict):
+        parts["carrier"] = carrier, carriers().get(str(carrier.get("directions", "xy")))
+    for key, kinds in (("bodies", bodies()), ("attachments", attachments())):
+        parts |= {str(t["name"]): (t, kinds.get(str(t.get("kind")))) for t in _tables(document, key) if "name" in t}
+    for group, on_shafts in (("drive", drives()), ("load", loads())):
+        shafts = shaft_tables(document, group)
+        paths = shaft_paths(group, [(str(t.get("on", "")), str(t.get("kind", ""))) for t in shafts])
+        parts |= {path: (t, on_shafts.get(str(t.get("kind")))) for path, t in zip(paths, shafts, strict=True)}
+    names = {str(b["track"]) for b in _tables(document, "bodies") if "track" in b}
+    tracks = document.setdefault("tracks", {}) if names else None
+    return parts | ({f"tracks.{n}": (tracks.setdefault(n, {}), None) for n in names} if isinstance(tracks, dict) else {})
 
 
 def machine_from(document: Document, title: str = "") -> Machine:

@@ -9,12 +9,10 @@ from typing import Any, TypeVar
 
 from wucht.errors import InputError, nearest
 from wucht.file_names import printable, safe_name
-from wucht.files.building import MACHINE_KEYS, machine_from
-from wucht.files.changed_title import changed_title
-from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
+from wucht.files.building import MACHINE_KEYS, machine_from, with_settings
+from wucht.files.documents import Document, changed_title, flatten, read_toml, refuse_bare_frequencies, settings_in
 from wucht.files.equal_bodies import of_all_first
 from wucht.files.own_equations import OwnEquations, equations_from, with_values
-from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 from wucht.schema import refuse_unknown, table, text

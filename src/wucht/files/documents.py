@@ -1,4 +1,4 @@
-"""Documents: TOML files read, and values addressed by path. A document is the nested dictionary of a TOML file."""
+"""Documents, nested dictionaries of TOML files: read, values addressed by path, and a title that speaks of what was set."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ Document = dict[str, Any]
 DEEPEST = 40  # tables and lists within each other
 _LONG_NUMBER = re.compile(r"\d[\d_]{4000}")
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
+_MOST = 3  # values named one by one
 
 
 def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
@@ -123,3 +124,26 @@ def settings_in(described: Document, key: str = "machine") -> dict[str, Any]:
     if not isinstance(settings, dict):
         raise InputError(f"{key}.set", settings, "must be a table: set = { PATH = VALUE }")
     return flatten(settings)
+
+
+def changed_title(title: str, changed: Mapping[str, Any]) -> str:
+    """The title of what is described, with values changed by path.
+
+    A value that the title itself gives, as ``u = 2.5``, is replaced, and it is said from which; others are added in brackets.
+    """
+    added: list[str] = []
+    for path, value in changed.items():
+        now = f"{path} = {_in_words(value)}"
+        written = re.search(rf"(?<![\w.]){re.escape(path)} = ([-+]?\d[\w.+-]*)", title)
+        if written:
+            title = f"{title[: written.start()]}{now} (changed from {written[1]}){title[written.end() :]}"
+        else:
+            added.append(now)
+    more = f" and {len(added) - _MOST} more" if len(added) > _MOST else ""
+    return f"{title} (changed: {', '.join(added[:_MOST])}{more})" if added else title
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:g}"
+    return str(value) if isinstance(value, str | int) else "..."

@@ -1,10 +1,12 @@
-"""Operation without vibration: torques on the shafts, the speeds that the drives reach, and the natural frequencies."""
+"""Steady operation without vibration: where the axis rests, torques on the shafts, speeds of drives, natural frequencies."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 import sympy as sp
@@ -14,9 +16,24 @@ from wucht.machines.mechanism import Mechanism
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
+from wucht.numerics.flow.program import number_function
 from wucht.numerics.zeros import first_where
 
+MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
+MOST_BODIES = 11  # of a machine whose states are searched
+LOWEST = 1e-3  # of the highest speed: where a search begins
+UNKNOWN = 100.0  # rad/s, where the machine has neither natural frequencies nor speeds of its own
+_ABOVE = 1 + 1e-4  # of the highest speed without vibration: where it ends
+_RUNAWAY = 3  # times the highest natural frequency: how far is searched where the drive has no speed of its own
+
+
+def axis_at_rest(machine: Mechanism) -> dict[str, float]:
+    """Where the coordinates of ``machine.orbit`` are while the carrier rests."""
+    positions = tuple(x for x, _ in machine.orbit.values())
+    symbols = (*(c.position for c in machine.carrier), *machine.structure.symbols)
+    resting = number_function(positions, symbols)((*machine.rest.tolist(), *machine.values.values()))
+    return dict(zip(machine.orbit, map(float, resting), strict=True))
 
 
 def sense_of(machine: Mechanism, body: RotatingBody) -> float:
@@ -139,3 +156,23 @@ def operating_speed(machine: Mechanism) -> float:
     """The fastest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude."""
     free = [free_speed(machine, rotor) for rotor in machine.rotors]
     return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
+
+
+def turning(machine: MechanismT, speed: float | None) -> MechanismT:
+    """The machine with its schedules done, all bodies released, and the main rotor at a given speed (signed)."""
+    steady = machine.at(machine.breakpoints[-1]).changed(schedules=())
+    bodies = [replace(b, release=None) for b in steady.bodies]
+    if speed is not None:
+        main = next(i for i, b in enumerate(bodies) if b.name == machine.rotor.name)
+        bodies[main] = replace(bodies[main], coordinate=replace(bodies[main].coordinate, prescribed=sp.Float(speed)))
+    return steady.changed(bodies=tuple(bodies))
+
+
+def driven_speeds(machine: Mechanism) -> tuple[tuple[float, float], bool]:
+    """Up to the highest speed without vibration, and whether a drive runs away without load: then there is no such speed."""
+    free = {r: free_speed(machine, r) for r in machine.rotors}
+    top = max((abs(w) for w in free.values() if w is not None), default=0.0)
+    runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())
+    if runaway:
+        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=UNKNOWN))
+    return (LOWEST * top, top if runaway else _ABOVE * top), runaway

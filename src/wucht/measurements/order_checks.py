@@ -18,6 +18,14 @@ _STANDS = 0.05  # turns: so few are none
 _FAR = 5.0  # times as far from the median as all samples but few: one that sticks out
 _FEW = 0.01  # of the samples may stick out
 _LARGE = 0.2  # of the median: a smaller distance does no harm
+_AT_ONCE = 8192
+_ERRORS = 3.0  # standard errors: an order above is there
+_ROUNDING = 1e-9  # of omega: an order below is none
+_MATTERS = 1e-3  # of omega: an order that is left out
+_SHARE = 0.05  # of the residual's square, by a drift
+_HALF = 0.5  # of a fluctuation, or of what is left of it
+_ROUGH = 1.0  # of block means: smoother ones are no noise
+_ROUGH_SAMPLES = 0.5  # of samples, likewise; these may be few in a period
 
 
 def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
@@ -70,9 +78,6 @@ def check_outliers(shaft: ShaftSignal) -> None:
             f"median of all is {shaft.stated(median)};{others} take such samples out"
         )
         raise InputError(shaft.where, None, allowed)
-
-
-_AT_ONCE = 8192
 
 
 @dataclass(frozen=True)
@@ -136,15 +141,6 @@ def roughness(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray)
 def _rest(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> np.ndarray:
     starts = range(0, len(time), _AT_ONCE)
     return np.concatenate([model.rows(time[i : i + _AT_ONCE], values[i : i + _AT_ONCE], fit.theta)[-1] for i in starts])
-
-
-_ERRORS = 3.0  # standard errors: an order above is there
-_ROUNDING = 1e-9  # of omega: an order below is none
-_MATTERS = 1e-3  # of omega: an order that is left out
-_SHARE = 0.05  # of the residual's square, by a drift
-_HALF = 0.5  # of a fluctuation, or of what is left of it
-_ROUGH = 1.0  # of block means: smoother ones are no noise
-_ROUGH_SAMPLES = 0.5  # of samples, likewise; these may be few in a period
 
 
 def warnings_of(

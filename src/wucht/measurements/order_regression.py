@@ -17,6 +17,12 @@ _MOST = 40
 _SHORTENINGS = 12
 _SMALL = 1e-3  # of a standard error: a step that changes no result
 _EPSILON = float(np.finfo(float).eps)
+START_BLOCKS = 12  # a period of the highest order
+_COARSE = 20_000  # blocks: enough for a mean
+_FIRST_TURNS = 4.0  # in which no speed is so wrong that the highest order is out of phase
+_LONGER = 2.0
+_SMALL_OF_START, _MOST_OF_START = 0.03, 12  # of a standard error, and steps: a start need not be sharp
+_IN_PHASE = 0.3  # rad, of the highest order at an end of the record: two starts that near lead to one end
 
 
 class Mean(Enum):
@@ -144,14 +150,6 @@ def solved(gram: np.ndarray, gradient: np.ndarray) -> np.ndarray:
     correlations, lengths = scaled_gram(gram)
     step, *_ = np.linalg.lstsq(correlations, gradient / lengths, rcond=1e-13)
     return np.asarray(step / lengths)
-
-
-START_BLOCKS = 12  # a period of the highest order
-_COARSE = 20_000  # blocks: enough for a mean
-_FIRST_TURNS = 4.0  # in which no speed is so wrong that the highest order is out of phase
-_LONGER = 2.0
-_SMALL_OF_START, _MOST_OF_START = 0.03, 12  # of a standard error, and steps: a start need not be sharp
-_IN_PHASE = 0.3  # rad, of the highest order at an end of the record: two starts that near lead to one end
 
 
 def block_means(time: np.ndarray, values: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,10 @@ from wucht.errors import InputError
 from wucht.measurements.recording import FULL_SCALE, TIME, Channel, Recording
 from wucht.measurements.text_file import read_text_file
 
+_TIME_RESPONSE, _TIME_AXIS = 1, 17
+_TIMES = ("time", "t", "zeit")
+_TAG = b"TDSm"
+
 
 def read_sound(path: Path) -> Recording:
     """The channels "1", "2", ... of a sound file, time from 0 s, values between -1 and 1 in ``FULL_SCALE``.
@@ -46,10 +50,7 @@ def _to_full_scale(values: np.ndarray) -> np.ndarray:
     return (values - (full if values.dtype.kind == "u" else 0.0)) / full
 
 
-_TIME_RESPONSE, _TIME_AXIS = 1, 17
-
-
-def read_universal(path: Path) -> Recording:
+def _read_universal(path: Path) -> Recording:
     """The time signals of a universal file; spectra and other functions are passed over.
 
     A channel is called by its first ID line, or, where that is NONE or not the only one, "1", "2", ... in their order.
@@ -85,11 +86,7 @@ def _said(found: dict[str, Any], key: str) -> str:
     return "" if label.upper() == "NONE" else label
 
 
-_TIMES = ("time", "t", "zeit")
-_TAG = b"TDSm"
-
-
-def read_tdms(path: Path) -> Recording:
+def _read_tdms(path: Path) -> Recording:
     """The channels of a TDMS file, called ``channel``, or ``group/channel`` where several groups have one of that name.
 
     Time is a waveform's, else that of the channel of the same group that is called time. Raises ``InputError`` for a file that
@@ -136,7 +133,7 @@ def _time(source: str, name: str, channel: Any, group: Any) -> np.ndarray:
     return Channel(source, clock.name, _unit(clock), np.arange(len(ticks)), ticks).in_si(TIME).values
 
 
-def read_mdf(path: Path) -> Recording:
+def _read_mdf(path: Path) -> Recording:
     """The channels of an MDF file, called ``channel``, or ``group/channel`` where several groups have one of that name.
 
     group: its number in the file, from 0. The clocks of the groups are no channels. Raises ``InputError`` for a file that
@@ -187,8 +184,8 @@ def _unique(names: list[str], longer: list[str]) -> list[str]:
 
 _READERS: dict[str, Callable[[Path], Recording]] = {
     ".csv": read_text_file, ".txt": read_text_file, ".tsv": read_text_file, ".asc": read_text_file, ".wav": read_sound,
-    ".uff": read_universal, ".unv": read_universal, ".uf": read_universal, ".tdms": read_tdms, ".mf4": read_mdf,
-    ".mdf": read_mdf,
+    ".uff": _read_universal, ".unv": _read_universal, ".uf": _read_universal, ".tdms": _read_tdms, ".mf4": _read_mdf,
+    ".mdf": _read_mdf,
 }  # fmt: skip
 
 

@@ -18,9 +18,19 @@ _AROUND = 5  # intervals, whose median is what one should be
 _MISSING = 1.6  # times that: a pulse is missing
 _FALSE = 1.2  # times that, of two together: a false pulse cuts one in two
 _TIMES = ("s", "ms", "us", "µs", "ns")
+Quantity = Literal["speed", "angle", "pulses"]
+TURN = 2 * math.pi
+_LONGEST_STEP = 0.4  # turns: over longer steps a wrapped angle may have gone either way
+_STANDS = 1e-9  # rad: no larger angle is a motion
+_A_SECOND = re.compile(r"1\s*/\s*s(?:ec|ek)?|s\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
+_NAMES: tuple[tuple[str, Quantity], ...] = (
+    ("speed|drehzahl|drehgeschwindigkeit|winkelgeschwindigkeit", "speed"),
+    ("angle|winkel(?!beschleunigung)|drehwinkel", "angle"),
+    ("pulse|impuls", "pulses"),
+)
 
 
-def holds_instants(channel: Channel) -> bool:
+def _holds_instants(channel: Channel) -> bool:
     """Whether a channel is a list of instants, being in a unit of time, and not a signal."""
     return channel.unit in _TIMES
 
@@ -32,7 +42,7 @@ def pulse_times(channel: Channel, level: float | None = None, hysteresis: float 
     level are pulses; see ``rising_crossings``. Raises ``InputError`` for fewer pulses than the least, and instants that
     do not increase.
     """
-    if holds_instants(channel):
+    if _holds_instants(channel):
         times = channel.in_si(TIME).values
         return Channel(channel.source, channel.name, "s", times, times).time
     times = rising_crossings(channel, level, hysteresis)
@@ -87,18 +97,6 @@ def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> No
         i = int(false[0]) + 1
         allowed = f"there is a pulse too many near {times[i]:.6g} s: {remedy}, or cut the record there"
         raise InputError(where, None, allowed, code="pulse-too-many")
-
-
-Quantity = Literal["speed", "angle", "pulses"]
-TURN = 2 * math.pi
-_LONGEST_STEP = 0.4  # turns: over longer steps a wrapped angle may have gone either way
-_STANDS = 1e-9  # rad: no larger angle is a motion
-_A_SECOND = re.compile(r"1\s*/\s*s(?:ec|ek)?|s\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
-_NAMES: tuple[tuple[str, Quantity], ...] = (
-    ("speed|drehzahl|drehgeschwindigkeit|winkelgeschwindigkeit", "speed"),
-    ("angle|winkel(?!beschleunigung)|drehwinkel", "angle"),
-    ("pulse|impuls", "pulses"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +192,7 @@ def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None, 
     if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 1:
         raise InputError(channel.where, per_turn, "the pulses per turn must be a whole number, 1 or more")
     times, zero = pulse_times(channel, hysteresis=hysteresis), _index(index, hysteresis)
-    remedy = "take it out" if holds_instants(channel) else f"raise the hysteresis above {hysteresis:g} with the key hysteresis"
+    remedy = "take it out" if _holds_instants(channel) else f"raise the hysteresis above {hysteresis:g} with the key hysteresis"
     check_even(times, channel.where, remedy)
     angles = TURN / per_turn * np.arange(len(times))
     return ShaftSignal(channel.where, "angle", times, angles, zero, per_turn=per_turn)

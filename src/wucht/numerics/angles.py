@@ -10,6 +10,12 @@ import numpy as np
 from wucht.numerics.zeros import RealFunction, crossings
 
 _ROUNDING = 1e-9  # rad
+Arc = tuple[float, float]
+TURN = 2 * math.pi
+STEP = TURN / 4096
+GRID = np.arange(4096) * STEP  # rad: what is narrower than 0.09 deg may be missed
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_LEVEL = 1e-13  # of the largest value: what differs by less from sample to sample is rounding
 
 
 def wrapped(angle: Any) -> np.ndarray:
@@ -21,14 +27,6 @@ def wrapped(angle: Any) -> np.ndarray:
 def within_half_a_turn(angle: Any) -> np.ndarray:
     """Angles in [-pi, pi), of any shape."""
     return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
-
-
-Arc = tuple[float, float]
-TURN = 2 * math.pi
-STEP = TURN / 4096
-GRID = np.arange(4096) * STEP  # rad: what is narrower than 0.09 deg may be missed
-_GOLDEN = (math.sqrt(5) - 1) / 2
-_LEVEL = 1e-13  # of the largest value: what differs by less from sample to sample is rounding
 
 
 def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:

@@ -18,6 +18,9 @@ from wucht.piecewise import Pieces, PiecewiseCubic
 Interval = tuple[np.ndarray, np.ndarray]
 
 _REAL = 1e-6  # a double root may come out as a complex pair
+_MONOTONE: dict[type, Callable[[np.ndarray], np.ndarray]] = {
+    sp.exp: np.exp, sp.log: np.log, sp.tanh: np.tanh, sp.sinh: np.sinh, sp.atan: np.arctan, sp.asin: np.arcsin,
+}  # fmt: skip
 
 
 def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.ndarray) -> Interval:
@@ -95,11 +98,6 @@ def reciprocal_of(a: Interval) -> Interval:
         low, high = 1 / a[1], 1 / a[0]
     vanishing = (a[0] <= 0) & (a[1] >= 0)
     return np.where(vanishing, -np.inf, low), np.where(vanishing, np.inf, high)
-
-
-_MONOTONE: dict[type, Callable[[np.ndarray], np.ndarray]] = {
-    sp.exp: np.exp, sp.log: np.log, sp.tanh: np.tanh, sp.sinh: np.sinh, sp.atan: np.arctan, sp.asin: np.arcsin,
-}  # fmt: skip
 
 
 def bounds(program: Program, constants: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

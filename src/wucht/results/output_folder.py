@@ -17,10 +17,15 @@ from contextvars import ContextVar
 from hashlib import sha256
 from io import FileIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError, RunError, WuchtError
-from wucht.results.store import prepare_folder, save_summary
+from wucht.results.accessor import register
+from wucht.results.provenance import unsealed
+from wucht.results.store import RESULT, prepare_folder, save_summary
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 if sys.platform == "win32":
     import msvcrt
@@ -205,3 +210,37 @@ def _summary_in(folder: Path) -> dict[str, Any]:
         return {}
     ours = isinstance(document, dict) and isinstance(document.get(CHECKSUMS), dict)
     return document if ours else {}
+
+
+def result_file(path: Path) -> Path:
+    """The file of a result: the path itself, or that in an output folder."""
+    return path / RESULT if path.is_dir() else path
+
+
+def load(path: Path) -> xr.Dataset:
+    """Read a result. What a run that was killed had begun to put into its folder is put there first.
+
+    Raises ``InputError`` if there is no such file, it is none of ours, or it was changed since it was written.
+    """
+    import h5py
+    import xarray as xr_
+
+    register()
+    path = result_file(path)
+    file = latest(path)
+    if not file.is_file():
+        raise InputError.of_file(path, "this is no file" if path.exists() else "there is no such file")
+    try:
+        with h5py.File(file) as opened:  # where this fails, h5netcdf leaves a file half open, and says so on stderr
+            opened.attrs.get("_nc3_strict")
+        result = xr_.load_dataset(file, engine="h5netcdf")
+    except Exception as error:
+        # The readers beneath raise whatever a damaged file makes them stumble over; to the user it is one thing.
+        lines = str(error).splitlines() or [type(error).__name__]
+        raise InputError.of_file(path, f"this is no NetCDF file that can be read: {lines[0]}") from None
+    if "study" not in result.attrs:
+        raise InputError.of_file(path, "this file was not written by wucht: it names no study")
+    try:
+        return unsealed(result)
+    except InputError as error:
+        raise error.in_file(path) from None

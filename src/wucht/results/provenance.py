@@ -1,16 +1,143 @@
-"""Where a result comes from: the whole input, versions and wall time."""
+"""Where a result comes from: whole input, versions, wall time; and whether it is what wucht wrote: checksums, attributes."""
 
 from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import cache
+from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from wucht.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CHECKSUMS = "checksums"  # attribute of a result.nc
+_ATTRIBUTES = "its attributes"  # that name no variable can have: it has a blank
+_UNSEALED = "unsealed"  # in the encoding of a Dataset: its file had no checksums
+_CHANGED = "changed or damaged since it was written"
 _PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "xarray")
+
+
+def sealed(result: xr.Dataset) -> xr.Dataset:
+    """The result with checksums of its variables and attributes, as it is written to a file."""
+    bare = _without_checksums(result)
+    return bare.assign_attrs({CHECKSUMS: json.dumps(_checksums(bare))})
+
+
+def unsealed(result: xr.Dataset) -> xr.Dataset:
+    """The result that was read from a file, without its checksums, so that a changed one can be saved.
+
+    Raises ``InputError`` that names the variable whose values, units or dimensions are not those that were written, or the
+    attribute that cannot be read. A file without checksums is taken as it is.
+    """
+    bare = _without_checksums(result)
+    if CHECKSUMS in result.attrs:
+        noted = _parsed(result.attrs, CHECKSUMS, dict)
+        checksums = _checksums(bare)
+        for name in (*checksums, *noted):
+            if checksums.get(name) != noted.get(name):
+                raise InputError(name, None, _CHANGED)
+    check_attributes(bare.attrs)
+    bare.encoding[_UNSEALED] = CHECKSUMS not in result.attrs
+    return bare
+
+
+@contextmanager
+def refusing_edited(result: xr.Dataset) -> Iterator[None]:
+    """What is raised within over values that do not fit together is an ``InputError``, where the result was read from a file
+    without checksums: it may have been edited. In what is as wucht wrote it, it is an error of wucht."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        if not result.encoding.get(_UNSEALED):
+            raise
+        what = f"its values do not fit together ({type(error).__name__}: {str(error).partition(chr(10))[0]})"
+        raise InputError(result.attrs["study"], None, f"this is no complete result of this study: {what}") from error
+
+
+def check_attributes(attributes: Mapping[str, Any]) -> None:
+    """Raise ``InputError`` where an attribute that every result has is missing or cannot be read."""
+    for name in ("study", "title", "sentence", "failure"):
+        _typed(attributes, name, str)
+    for name in ("finished", "dimensionless"):
+        _typed(attributes, name, (int, float, np.number))
+    _parsed(attributes, "summary", dict)
+    question = _parsed(attributes, "input", dict)
+    if not all(isinstance(question.get(part), dict) for part in ("study", "machine")):
+        raise InputError("input", None, "must say what was asked of which machine")
+    for name in ("warnings", "notes", "assumed", "contents"):
+        if name == "warnings" or name in attributes:  # results of earlier versions lack the others
+            lines = _parsed(attributes, name, list)
+            if not all(isinstance(line, str) for line in lines):
+                raise InputError(name, lines, "must be a list of texts")
+
+
+def _typed(attributes: Mapping[str, Any], name: str, types: type | tuple[type, ...]) -> Any:
+    if name not in attributes:
+        raise InputError(name, None, "this attribute of the result is missing")
+    if not isinstance(attributes[name], types):
+        raise InputError(
+            name, np.asarray(attributes[name]).tolist(), "this attribute of the result is of another type than wucht writes"
+        )
+    return attributes[name]
+
+
+def _parsed(attributes: Mapping[str, Any], name: str, kind: Callable[..., Any]) -> Any:
+    text = _typed(attributes, name, str)
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputError(name, text, "this attribute of the result must be JSON") from None
+    if not isinstance(value, kind):  # type: ignore[arg-type]
+        raise InputError(name, text, f"this attribute of the result must be a {kind.__name__} in JSON")
+    return value
+
+
+def _without_checksums(result: xr.Dataset) -> xr.Dataset:
+    bare = result.copy(deep=False)
+    bare.attrs = {name: value for name, value in result.attrs.items() if name != CHECKSUMS}
+    return bare
+
+
+def _checksums(result: xr.Dataset) -> dict[str, str]:
+    """By name. What NetCDF does not keep (the width of a text, the sign of a NaN) does not count."""
+    of_variables = {
+        str(name): _checksum(_values(v.values), [list(map(str, v.dims)), v.shape, _type(v.dtype), _attributes(v.attrs)])
+        for name, v in result.variables.items()
+    }
+    return of_variables | {_ATTRIBUTES: _checksum(b"", _attributes(result.attrs))}
+
+
+def _checksum(values: bytes | memoryview, facts: Any) -> str:
+    digest = sha256(json.dumps(facts).encode())
+    digest.update(values)
+    return digest.hexdigest()
+
+
+def _type(kind: np.dtype) -> str:
+    return "text" if kind.kind in "OSU" else kind.newbyteorder("<").str
+
+
+def _values(values: np.ndarray) -> bytes | memoryview:
+    if values.dtype.kind in "OSU":
+        texts = [t.decode(errors="replace") if isinstance(t, bytes) else str(t) for t in values.ravel().tolist()]
+        return json.dumps(texts).encode()
+    if values.dtype.kind in "fc" and (missing := np.isnan(values)).any():
+        values = np.where(missing, np.asarray(np.nan, values.dtype), values)
+    return np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1).view(np.uint8).data
+
+
+def _attributes(attributes: Mapping[str, Any]) -> list[Any]:
+    """Names and values in a form that is the same before writing and after reading."""
+    return sorted([str(name), repr(np.atleast_1d(np.asarray(value)).tolist())] for name, value in attributes.items())
 
 
 @cache

@@ -1,7 +1,13 @@
-"""Writing results. A file is written beside its place and moved there, so that it is never half there."""
+"""Writing results, each file beside its place and moved there, so that it is never half there; their variables as CSV files.
+
+Variables over the same values (time, a parameter, both parameters of a map) are the columns of one file; what is stored for
+several bodies or directions has a column for each that has values. Text and numbers that run over nothing have files of their
+own.
+"""
 
 from __future__ import annotations
 
+import csv
 import ctypes
 import json
 import math
@@ -12,16 +18,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
+import numpy as np
+
 from wucht.errors import InputError, RunError
-from wucht.file_names import in_utf8
-from wucht.results.integrity import sealed
+from wucht.file_names import in_utf8, safe_name
+from wucht.results.provenance import sealed
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
 RESULT = "result.nc"  # in an output folder
 _ABANDONED_S = 3600.0  # a file that was not moved to its place for so long is one of a process that was killed
+_TEXT = "OSU"  # kinds of NumPy
+_FORMULA = ("=", "+", "@", "-", "\t", "\r")  # with which a spreadsheet lets formulas begin
 
 
 def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
@@ -100,3 +109,101 @@ def _clean(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
+
+
+def save_csv(result: xr.Dataset, folder: Path) -> list[Path]:
+    """Write a Dataset as CSV files ``STUDY-DIMENSIONS.csv`` beside its NetCDF.
+
+    The first line has names and units, as in ``time [s],speed drum [rad/s]``; what is not a number is left empty, and text that
+    a spreadsheet would take for a formula has a quotation mark before it. Returns the files. Raises ``RunError`` where they
+    cannot be written.
+    """
+    tables: dict[tuple[str, ...], list[str]] = {}
+    for name in [*result.data_vars, *(c for c in result.coords if not _is_scale(result, str(c)))]:
+        tables.setdefault(_rows(result, tuple(map(str, result[name].dims))), []).append(str(name))
+    written = []
+    for rows, names in sorted(tables.items(), key=lambda item: len(item[0]) == 0):
+        path = folder / f"{safe_name('-'.join([str(result.attrs['study']), *(rows or ('numbers',))]))}.csv"
+        lines = _table(result, rows, names) if rows else _numbers(result, names)
+        written.append(replacing(path, lambda beside, lines=lines: _write(beside, lines)))  # type: ignore[misc]
+    return written
+
+
+def _rows(result: xr.Dataset, dims: tuple[str, ...]) -> tuple[str, ...]:
+    """The dimensions that a table runs over: not those of names, unless there are no others."""
+    return tuple(d for d in dims if not _is_names(result, d)) or dims
+
+
+def _is_names(result: xr.Dataset, dim: str) -> bool:
+    return _is_scale(result, dim) and result[dim].dtype.kind in _TEXT
+
+
+def _is_scale(result: xr.Dataset, name: str) -> bool:
+    """Whether it is the coordinate of the dimension of that name: other variables may bear it too."""
+    return name in result.coords and result[name].dims == (name,)
+
+
+def _table(result: xr.Dataset, rows: tuple[str, ...], names: list[str]) -> list[list[Any]]:
+    """Header and rows of variables over the same dimensions."""
+    shape = tuple(result.sizes[d] for d in rows)
+    columns: dict[str, np.ndarray] = {}
+    for dim, index in zip(rows, np.indices(shape), strict=True):
+        if _is_scale(result, dim):
+            columns[_header(result, dim)] = result[dim].values[index].ravel()
+        elif len(rows) > 1:
+            columns[f"{dim} index" if dim in result.variables else dim] = index.ravel()
+    for name in names:
+        variable = result[name].transpose(*rows, ...)
+        others = [result[d].values for d in variable.dims[len(rows) :]]
+        labels = [" ".join(map(str, label)) for label in _each(others)]
+        values = variable.values.reshape(int(np.prod(shape)), len(labels))
+        columns |= {_header(result, name, label): values[:, k] for k, label in enumerate(labels) if _any(values[:, k], label)}
+    written = [_written(values) for values in columns.values()]
+    return [list(columns), *map(list, zip(*written, strict=True))]
+
+
+def _any(values: np.ndarray, label: str) -> bool:
+    """Whether a column has anything: a body that turns about no other has no phase, and its column is left out."""
+    return not label or values.dtype.kind != "f" or bool(np.isfinite(values).any())
+
+
+def _each(names: list[np.ndarray]) -> list[tuple[Any, ...]]:
+    """All combinations of names of several dimensions, the last one fastest."""
+    combinations: list[tuple[Any, ...]] = [()]
+    for one in names:
+        combinations = [(*before, name) for before in combinations for name in one]
+    return combinations
+
+
+def _numbers(result: xr.Dataset, names: list[str]) -> list[list[Any]]:
+    """Header and rows of what runs over nothing."""
+    rows = [[name, *_written(result[name].values[None]), result[name].attrs.get("units", "")] for name in names]
+    return [["name", "value", "unit"], *rows]
+
+
+def _header(result: xr.Dataset, name: str, label: str = "") -> str:
+    unit = result[name].attrs.get("units", "")
+    return " ".join([name, *([label] if label else []), *([f"[{unit}]"] if unit else [])])
+
+
+def _written(values: np.ndarray) -> list[Any]:
+    """Numbers as they are read back, empty where they are none."""
+    if values.dtype.kind != "f":
+        return [value.decode() if isinstance(value, bytes) else value for value in values.tolist()]
+    return ["" if math.isnan(value) else repr(value) for value in values.tolist()]
+
+
+def _write(path: Path, lines: list[list[Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([_as_text(cell) for cell in line] for line in lines)
+
+
+def _as_text(cell: Any) -> Any:
+    """A cell that a spreadsheet does not take for a formula: text that begins like one has a quotation mark before it."""
+    if not isinstance(cell, str) or not cell.startswith(_FORMULA):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell

@@ -12,8 +12,7 @@ from wucht.cams.drive import TABLES, CamDrive, drive_from
 from wucht.errors import InputError, nearest
 from wucht.file_names import printable
 from wucht.files.catalogue import ABOUT
-from wucht.files.changed_title import changed_title
-from wucht.files.documents import Document, refuse_bare_frequencies
+from wucht.files.documents import Document, changed_title, refuse_bare_frequencies
 from wucht.schema import refuse_unknown
 from wucht.studies.subjects import Description
 

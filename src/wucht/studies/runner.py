@@ -21,16 +21,14 @@ from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, made_for
 from wucht.plots.sheet import state
 from wucht.results.accessor import register
-from wucht.results.integrity import refusing_edited
-from wucht.results.loading import load as read_result
 from wucht.results.output_folder import NEW, claimed, commit
-from wucht.results.provenance import provenance
+from wucht.results.output_folder import load as read_result
+from wucht.results.provenance import provenance, refusing_edited
 from wucht.results.store import RESULT, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
-from wucht.studies.memory import Memory, questions_of
+from wucht.studies.memory import Memory, earlier, question_of, questions_of, untitled
 from wucht.studies.registry import Study, studies, study_of
-from wucht.studies.resuming import earlier, question_of, untitled
 from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description, subject_of

@@ -1,12 +1,22 @@
-"""What studies are asked of: how a subject is read from a study file, and how a result describes it."""
+"""What studies are asked of: how a subject is read from a study file, and how a result describes it.
+
+What tells two of them apart is a hash of all that a result depends on, the same in every process. Numbers count to their last
+bit, also within equations, where printing rounds them, and in the pieces of piecewise functions, which print their name alone.
+Titles do not count, nor names of files, whose contents do.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
+
+import sympy as sp
+from sympy.printing.str import StrPrinter
 
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT, machine_of
@@ -14,9 +24,61 @@ from wucht.files.catalogue import equations_of as own_equations_of
 from wucht.files.documents import Document
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
+from wucht.piecewise import Pieces
 from wucht.schema import refuse_unknown
-from wucht.studies.fingerprints import fingerprint_of_machine, fingerprint_of_system
 from wucht.studies.spec import Spec
+from wucht.system import System
+
+_SILENT = frozenset({"title", "warnings", "notes", "parameters", "file"})  # those of parameters are stated one by one
+
+
+class _Exactly(StrPrinter):  # type: ignore[misc]
+    """SymPy expressions as strings from which they could be made again."""
+
+    printmethod = "_exactly"  # not the expressions' own, which print what people read
+
+    def _print_Float(self, number: sp.Float) -> str:
+        return str(number._mpf_)
+
+    def _print_Pieces(self, pieces: Pieces) -> str:
+        return _text((pieces.breakpoints, pieces.coefficients))
+
+
+def _fingerprint_of_machine(machine: Machine) -> str:
+    """Of a machine, but for the values of its parameters: of its parts and their energies, from which its equations follow."""
+    return _hashed({f.name: getattr(machine, f.name) for f in fields(machine) if f.name not in _SILENT})
+
+
+@lru_cache(maxsize=64)
+def _fingerprint_of_system(system: System) -> str:
+    """Of equations, but for the values of their parameters."""
+    return _hashed(system)
+
+
+def _hashed(value: Any) -> str:
+    return hashlib.sha256(_text(value).encode()).hexdigest()[:16]
+
+
+def _text(value: Any) -> str:
+    """A value as a string that is the same for equal values alone; whole numbers are those of floating point."""
+    match value:
+        case None | bool() | str():
+            return repr(value)
+        case int() | float():
+            return float(value).hex()
+        case sp.Basic() | sp.MatrixBase():
+            return str(_Exactly().doprint(value))
+        case Mapping():
+            text = ",".join(f"{_text(key)}:{_text(each)}" for key, each in value.items())
+        case set() | frozenset():
+            text = ",".join(sorted(map(_text, value)))
+        case _ if is_dataclass(value):
+            text = _text({f.name: getattr(value, f.name) for f in fields(value) if f.name not in _SILENT})
+        case Iterable():
+            text = ",".join(map(_text, value))
+        case _:
+            raise TypeError(f"no fingerprint is known of a {type(value).__qualname__}")
+    return f"{type(value).__qualname__}({text})"
 
 
 @dataclass(frozen=True)
@@ -62,7 +124,7 @@ class OfMachine:
             raise InputError("machine", subject, "this study is asked of a machine")
         facts = {
             "title": subject.title,
-            "structure": fingerprint_of_machine(subject),
+            "structure": _fingerprint_of_machine(subject),
             "parameters": subject.values,
             "bodies": [[b.name, b.kind, b.about] for b in subject.bodies],
         }
@@ -92,7 +154,11 @@ class OfMachineOrSystem:
             return MACHINE.describe(subject)
         if not isinstance(subject, OwnEquations):
             raise InputError("machine", subject, "this study is asked of a machine, or of wucht.OwnEquations")
-        facts = {"title": subject.title, "structure": fingerprint_of_system(subject.system), "parameters": dict(subject.values)}
+        facts = {
+            "title": subject.title,
+            "structure": _fingerprint_of_system(subject.system),
+            "parameters": dict(subject.values),
+        }
         return Description(subject.title, True, facts)
 
 

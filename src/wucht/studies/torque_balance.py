@@ -16,18 +16,16 @@ from wucht.analysis.configurations.averaged_stability import AveragedStability, 
 from wucht.analysis.configurations.configuration import Configuration, Describer
 from wucht.analysis.configurations.search import Search, all_states
 from wucht.analysis.configurations.steady_branches import labels_of
-from wucht.analysis.configurations.steady_machine import LOWEST
 from wucht.analysis.time_constants import highest_speed
 from wucht.analysis.working_points import TorqueCurves, WorkingPoint
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
+from wucht.machines.operation import LOWEST, free_speed, natural_frequencies, net_torque, sense_of
 from wucht.machines.tree import RotatingBody
-from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import new_figure
-from wucht.plots.stability_lines import draw_by_stability, draw_configurations
+from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, answer, table

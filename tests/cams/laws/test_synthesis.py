@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from wucht.cams.laws.closed_forms import equiripple, maximally_flat
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.laws.synthesis import Band, Cap, synthesise, ways_out
+from wucht.cams.laws.synthesis import Band, Cap, equiripple, maximally_flat, synthesise, ways_out
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi

@@ -8,11 +8,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from tests.refusals import refused
 
-from wucht.cams.derivatives import composed
-from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.standard_laws import STANDARD_LAWS
+from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
+from wucht.cams.linkages.closure import LeverMotion, OutputMotion, composed
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.cams.linkages.linked_motion import LeverMotion, OutputMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 

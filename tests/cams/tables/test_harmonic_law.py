@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.cams.laws.closed_forms import equiripple
-from wucht.cams.laws.synthesis import extremes
+from wucht.cams.laws.synthesis import equiripple, extremes
 from wucht.cams.tables.harmonic_law import HarmonicTable
-from wucht.cams.tables.output import unit_of_output
+from wucht.cams.tables.motion_law import unit_of_output
 from wucht.errors import InputError
 
 TOP = {"at": "180 deg", "equals": "24 deg"}

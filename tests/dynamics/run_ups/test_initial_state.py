@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht.analysis.static import static_position
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.varied import check_together, start_states, varied_of, with_states
 from wucht.errors import InputError
@@ -176,14 +175,14 @@ def test_the_carrier(washer: Machine) -> None:
 def test_under_gravity_the_carrier_starts_where_it_rests(study: Study) -> None:
     machine = load_machine(str(study('"1 kg"', '"1 kg"\ngravity = "9.81 m/s^2"', '"1e5 N/m"', '["1e5 N/m", "2e5 N/m"]')))
     rest = -(1 + 9 + 0.125 + 0.125) * 9.81 / 2e5  # weight over stiffness in y
-    assert static_position(machine).tolist() == pytest.approx([0.0, rest])
+    assert machine.rest.tolist() == pytest.approx([0.0, rest])
     assert _state(machine, {})["carrier.y"] == pytest.approx(rest)
     assert _state(machine, {"carrier": {"y": "1 mm"}})["carrier.y"] == pytest.approx(rest + 1e-3)
 
 
 def test_a_carrier_without_springs_starts_at_zero(study: Study) -> None:
     machine = load_machine(str(study('"1e5 N/m"', "0")))
-    assert static_position(machine).tolist() == [0.0, 0.0]
+    assert machine.rest.tolist() == [0.0, 0.0]
 
 
 def test_a_prescribed_rotor_leads_its_bodies(study: Study) -> None:

@@ -14,8 +14,8 @@ from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Watch
 from wucht.files.building import machine_from
+from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
-from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory

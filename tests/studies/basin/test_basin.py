@@ -17,7 +17,7 @@ from wucht.dynamics.sampling.label_maps import at_border
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.series import save_csv
+from wucht.results.store import save_csv
 from wucht.studies.basin import computation as running
 from wucht.studies.basin.computation import VARIABLES, prepare
 from wucht.studies.basin.spec import Basin

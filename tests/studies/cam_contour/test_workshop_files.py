@@ -13,10 +13,9 @@ import pytest
 from tests import refusals
 from tests.refusals import failed
 
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.workshop.lists import Separator, read_list
-from wucht.cams.workshop.plc import Unit
-from wucht.cams.workshop.plc_files import Form, read_cam_table
+from wucht.cams.workshop.plc import Form, Unit, read_cam_table
 from wucht.studies.cam_contour.export import drive_of, points_to_mill, write_workshop
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.registry import studies

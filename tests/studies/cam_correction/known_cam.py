@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from wucht.cams.correction import MotionOverTime
-from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics
 

@@ -12,7 +12,7 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
-from wucht.studies.cam_correction.measured_acceleration import measured
+from wucht.studies.cam_correction.prepare import measured
 from wucht.studies.cam_correction.spec import Acceleration
 from wucht.studies.study_file import run_file
 

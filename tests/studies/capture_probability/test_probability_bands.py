@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import beta, binomtest
 
-from wucht.studies.capture_probability.probability_bands import band, clopper_pearson, interval
+from wucht.studies.capture_probability.computation import band, clopper_pearson, interval
 from wucht.studies.capture_probability.sensitivity import REPLICATES, points
 
 TIMES, EACH = 400, 16

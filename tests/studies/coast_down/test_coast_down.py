@@ -15,7 +15,7 @@ import xarray as xr
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
-from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import Forced
 from wucht.dynamics.run_ups import descent_record as recording
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine

@@ -21,8 +21,7 @@ from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.formatting import printed_unit
 from wucht.studies.comparison import computation as comparison_run
 from wucht.studies.comparison.answer import dataset
-from wucht.studies.comparison.compared import compared, refused
-from wucht.studies.comparison.computation import Findings, prepare
+from wucht.studies.comparison.computation import Findings, compared, prepare, refused
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_comparison

@@ -16,7 +16,7 @@ from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.results.loading import load
+from wucht.results.output_folder import load
 from wucht.studies import runner
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import run

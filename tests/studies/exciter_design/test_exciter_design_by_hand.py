@@ -20,8 +20,7 @@ from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.cumulative_spectra import shifted
 from wucht.files.building import machine_from
-from wucht.studies.exciter_design.computation import Findings
-from wucht.studies.exciter_design.exciter_subject import MachineInFolder
+from wucht.studies.exciter_design.computation import Findings, MachineInFolder
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
 from wucht.studies.registry import study_of
 

@@ -17,9 +17,8 @@ from wucht.dynamics.exciters.failing_machine import Course, FailingMachine
 from wucht.dynamics.exciters.speed_readings import STEADY, UNSTABLE, AveragedSpeed, Readings, Windows
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.studies.failure_detection import run as run_module
-from wucht.studies.failure_detection.prepare import Varied
-from wucht.studies.failure_detection.run import Findings, Place, Seen
+from wucht.studies.failure_detection import computation as run_module
+from wucht.studies.failure_detection.computation import Findings, Place, Seen, Varied
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.registry import study_of
 

@@ -19,9 +19,8 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.response.computation import prepare
+from wucht.studies.response.computation import Curve, found_maxima, prepare
 from wucht.studies.response.computation import run as answered
-from wucht.studies.response.maxima import Curve, found_maxima
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 

@@ -21,7 +21,7 @@ from figure_checks import alike
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.page import JOURNAL, PRINT
-from wucht.plots.saving import save_figure
+from wucht.plots.sheet import save_figure
 from wucht.plots.style import COLOURS, DASHES, MOST_LOOKS, line_style
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run

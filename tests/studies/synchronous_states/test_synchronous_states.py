@@ -17,16 +17,14 @@ from tests.refusals import Refusal, refused
 
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.averaged_stability import REGIONS, AveragedStability, averaged_matrices
-from wucht.analysis.configurations.closed_form import State, at_speed
-from wucht.analysis.configurations.force_balance import members
+from wucht.analysis.configurations.closed_form import State, at_speed, members
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import by_subdivision, from_many_starts, index, speeds_in_line
-from wucht.analysis.configurations.steady_machine import turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import natural_frequencies
+from wucht.machines.operation import natural_frequencies, turning
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian

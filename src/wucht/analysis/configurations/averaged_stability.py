@@ -14,8 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine
-from wucht.analysis.configurations.closed_form import State, branches
-from wucht.analysis.configurations.force_balance import compensating
+from wucht.analysis.configurations.closed_form import State, branches, compensating
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.numerics.jacobian import Jacobian
 

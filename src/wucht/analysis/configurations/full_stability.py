@@ -19,7 +19,6 @@ from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques, separation
-from wucht.analysis.static import static_position
 from wucht.analysis.synchronous_motion import SynchronousMotions
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -108,7 +107,7 @@ class FullStability:
         t, w = self.torques, state.speed
         z = t.vibration.response(np.array([w]), state.phases)[0][0]
         values: dict[str, float] = {}
-        for c, x0, x in zip(self.machine.carrier, static_position(self.machine), z, strict=True):
+        for c, x0, x in zip(self.machine.carrier, self.machine.rest, z, strict=True):
             values |= {c.position.name: float(x0) + x.real, c.velocity.name: float((1j * w * x).real)}
         for name, sense, phase in zip(t.names, t.senses, state.phases, strict=True):
             body = self.machine.body(name).coordinate

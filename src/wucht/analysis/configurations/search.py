@@ -18,7 +18,7 @@ from wucht.analysis.configurations import closed_form
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques, separation
 from wucht.analysis.configurations.torus import OnTheTorus, bounded
-from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import Forced
 from wucht.analysis.working_points import TorqueCurves
 from wucht.numerics.subdivision import Zeros, all_zeros
 

@@ -12,13 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import held_stability
-from wucht.analysis.configurations.closed_form import PhaseBranch, branches, pattern_count, zeros_of
-from wucht.analysis.configurations.force_balance import compensating
-from wucht.analysis.configurations.steady_machine import turning
+from wucht.analysis.configurations.closed_form import PhaseBranch, branches, compensating, pattern_count, zeros_of
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import WithSlope
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
+from wucht.machines.operation import turning
 from wucht.machines.tracks import arranged
 
 MOST_PATTERNS = 64  # ways to be in line

@@ -18,9 +18,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.forced import UNDAMPED, Forced
-from wucht.analysis.shaft import Curve, curves
-from wucht.analysis.vibration import Vibration, WithSlope
+from wucht.analysis.vibration import UNDAMPED, Forced, Vibration, WithSlope
+from wucht.analysis.working_points import Curve, curves
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.structure import SPEED

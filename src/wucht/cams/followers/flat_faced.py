@@ -17,7 +17,7 @@ import numpy as np
 
 from wucht.cams.cam import Cam, Written, metres, short_of
 from wucht.cams.followers.follower import Follower, Outline
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, StrictBool
 
 from wucht.cams.cam import Cam
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.milled import MilledContour
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.schema import Described

@@ -12,7 +12,7 @@ from pydantic import Field, StrictBool, model_validator
 from wucht.cams.cam import Cam
 from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import ConjugateCams, RollerCam, RollerFollower
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, check_length, smallest_roller_cam, tangents_of

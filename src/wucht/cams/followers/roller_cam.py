@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.cams.cam import Cam, Written, metres, short_of
 from wucht.cams.followers.follower import Follower
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.milled import EXACT, MOST_STEPS, MilledContour, dot
 from wucht.cams.undercut import EDGE, CutAway, RadiusAt, Side, least_radius, within
 from wucht.errors import InputError, RunError

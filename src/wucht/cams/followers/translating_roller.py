@@ -9,7 +9,7 @@ from pydantic import Field, StrictBool
 
 from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import RollerFollower
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.permitted import Permitted, Size, Smallest
 from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, smallest_roller_cam, tangents_of

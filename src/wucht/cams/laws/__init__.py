@@ -1,1 +1,15 @@
-"""Motion laws over the cam angle."""
+"""Motion laws: the motion of a follower or an output over the angle of the cam."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+
+class Law(Protocol):
+    """A periodic motion over the cam angle phi, of period 2 pi."""
+
+    def __call__(self, phi: np.ndarray | float, /, order: int = 0) -> np.ndarray:
+        """The derivative by phi of an order from 0 (the motion itself) to 3, at angles in rad of any shape."""
+        ...

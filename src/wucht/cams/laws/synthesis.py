@@ -3,6 +3,8 @@
 A derivative of psi = c0 + sum A_k cos k phi + B_k sin k phi at an angle is linear in x = (c0, A_1 ... A_N, B_1 ... B_N): every
 restriction is too. One that holds on an arc is enforced between the angles looked at by exchange: where the motion found breaks
 it, at an extremum of that derivative, the angle is added, and the programme solved again.
+
+Dwell motions known in closed form are beside it: a rise by a stroke at pi, and a dwell about 0.
 """
 
 from __future__ import annotations
@@ -24,6 +26,26 @@ _ROUNDING = 1e-13  # of the largest value
 _ENOUGH = 1e-9  # of the largest bound: a widening that need not be smaller
 _STEP, _FALLING = 4, 0.5  # harmonics tried first, then so many more while the widening falls to such a share
 _MOST_EXCHANGES = 40
+
+
+def equiripple(count: int, half_dwell: float, stroke: float = 1.0) -> Harmonics:
+    """The flattest motion of so many harmonics: on |phi| <= half_dwell it goes to and fro as little as possible.
+
+    stroke T_N(u(phi))/T_N(u(pi)), with Chebyshev's polynomial and u linear in cos phi, such that |u| <= 1 on the dwell: so far
+    as stroke/T_N((3 + c)/(1 - c)), c = cos half_dwell.
+    """
+    c = math.cos(half_dwell)
+    phi = 2 * math.pi * np.arange(2 * count + 1) / (2 * count + 1)
+    polynomial = np.polynomial.Chebyshev.basis(count)
+    top = polynomial(-(3 + c) / (1 - c))
+    return Harmonics.sampled(stroke * polynomial((2 * np.cos(phi) - 1 - c) / (1 - c)) / top)
+
+
+def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
+    """stroke sin^(2N)(phi/2): of its derivatives at 0 all vanish below that of order 2 N."""
+    k = np.arange(count + 1)
+    terms = np.array([math.comb(2 * count, count - int(i)) for i in k]) / 4**count * (-1.0) ** k
+    return Harmonics.of(stroke * terms[0], 2 * stroke * terms[1:])
 
 
 @dataclass(frozen=True)

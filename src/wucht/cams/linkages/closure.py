@@ -1,8 +1,10 @@
-"""What linkages between the follower's lever and the output have in common: a rod of constant length closes them.
+"""What linkages between the follower's lever and the output have in common: closure by a rod, and a law that goes through it.
 
 In the complex plane, with the lever's pivot at 0, the rod's ends are the lever's joint Q = arm e^(i alpha) and the output's
 joint P(y): |P - Q| = rod. On one branch each of alpha and y follows from the other in closed form, by a quadratic equation, and
 the derivatives from the closure by implicit differentiation. R. L. Norton, "Design of Machinery", McGraw-Hill, chapter 4.
+
+Derivatives up to the third: those of a function, orders 0 to 3, are one array (4, ...).
 """
 
 from __future__ import annotations
@@ -10,20 +12,60 @@ from __future__ import annotations
 import cmath
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from wucht.cams.demands import degrees
-from wucht.cams.derivatives import at_constant_distance
+from wucht.cams.laws import Law
 from wucht.errors import InputError
+from wucht.numerics.zeros import crossings
 
 Limits = tuple[float, float]
-
 _DEAD = 1e-6  # rad: nearer to a dead point no linkage is taken for a working one
 _ROUNDING = 1e-9
 _TURNED = np.array([1, 1j, -1, -1j])  # the derivatives of e^(i alpha) by alpha, over e^(i alpha)
+_GRID = 2048  # angles a turn, between which no law has two extremes
+
+
+def composed(outer: np.ndarray, inner: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+    """The highest derivative of y(x(t)), of an order from 0 to 3: Faa di Bruno's formula.
+
+    outer: of y by x (4, ...). inner: of x by t, up to the order that is wanted.
+    """
+    y, (_, *x) = outer, inner
+    if not x:
+        return np.asarray(y[0])
+    if len(x) == 1:
+        return np.asarray(y[1] * x[0])
+    if len(x) == 2:
+        return np.asarray(y[2] * x[0] ** 2 + y[1] * x[1])
+    return np.asarray(y[3] * x[0] ** 3 + 3 * y[2] * x[0] * x[1] + y[1] * x[2])
+
+
+def _at_constant_distance(given: np.ndarray, follower: np.ndarray) -> np.ndarray:
+    """The derivatives y', y'', y''' (3, ...) by x for which |P(x) - Q(y(x))| stays the same.
+
+    given: of the point P by x, complex (4, ...). follower: of the point Q by y, complex (4, ...), not square to the rod.
+
+    With D = P - Q it is D . D' = 0, D' . D' + D . D'' = 0 and 3 D' . D'' + D . D''' = 0; each is linear in the highest
+    derivative of y.
+    """
+    P, Q = given, follower
+    D, grip = P[0] - Q[0], _dot(P[0] - Q[0], Q[1])
+    y1 = _dot(D, P[1]) / grip
+    D1 = P[1] - Q[1] * y1
+    y2 = (_dot(D1, D1) + _dot(D, P[2] - Q[2] * y1**2)) / grip
+    D2 = P[2] - Q[2] * y1**2 - Q[1] * y2
+    y3 = (3 * _dot(D1, D2) + _dot(D, P[3] - Q[3] * y1**3 - 3 * Q[2] * y1 * y2)) / grip
+    return np.stack([y1, y2, y3])
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The scalar product of vectors in the complex plane."""
+    return np.asarray((np.conj(a) * b).real)
 
 
 class Linkage(ABC):
@@ -51,13 +93,13 @@ class Linkage(ABC):
         _check_within("output", psi, self.output_limits, self._shown)
         y = self._reference_output + np.asarray(psi, float)
         alpha = self._lever_where(y)
-        slopes = at_constant_distance(self._output_joint(y), self._lever_joint(alpha))
+        slopes = _at_constant_distance(self._output_joint(y), self._lever_joint(alpha))
         return np.concatenate([[alpha - self._reference_lever], slopes])
 
     def output_derivatives(self, rho: np.ndarray | float) -> np.ndarray:
         """psi and its first three derivatives by rho (4, ...). Raises ``InputError`` (linkage): out of reach."""
         alpha, y = self._position(rho)
-        slopes = at_constant_distance(self._lever_joint(alpha), self._output_joint(y))
+        slopes = _at_constant_distance(self._lever_joint(alpha), self._output_joint(y))
         return np.concatenate([[y - self._reference_output], slopes])
 
     def transmission_angle(self, rho: np.ndarray | float) -> np.ndarray:
@@ -203,3 +245,59 @@ def _check_within(what: str, given: np.ndarray | float, limits: Limits, shown: C
         worst = float(beyond[np.argmax(np.maximum(low - beyond, beyond - high))])
         allowed = f"the {what} must stay between {shown(low)} and {shown(high)}, where the linkage has dead points"
         raise InputError("linkage", shown(worst), allowed)
+
+
+@dataclass(frozen=True, eq=False)
+class LeverMotion:
+    """The lever's motion rho(phi), a law, that makes the output move by a law psi(phi).
+
+    Raises ``InputError`` (linkage) where the output would reach a dead point: which psi, and between which it must stay.
+    """
+
+    law: Law
+    linkage: Linkage
+
+    def __post_init__(self) -> None:
+        self.linkage.lever_derivatives(_extremes(self.law))
+
+    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative by phi of an order from 0 to 3, at angles in rad of any shape."""
+        return _through(self.linkage.lever_derivatives, self.law, phi, order)
+
+    def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
+        """Of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
+        return self.linkage.transmission_angle(self(phi))
+
+
+@dataclass(frozen=True, eq=False)
+class OutputMotion:
+    """The output's motion psi(phi), a law, that a lever makes which moves by a law rho(phi).
+
+    The lever may pass positions in line with the rod, where the output turns back. Raises ``InputError`` (linkage) where it
+    could not move the output any more: which rho, and between which it must stay.
+    """
+
+    lever_law: Law
+    linkage: Linkage
+
+    def __post_init__(self) -> None:
+        self.linkage.output_derivatives(_extremes(self.lever_law))
+
+    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative by phi of an order from 0 to 3, at angles in rad of any shape."""
+        return _through(self.linkage.output_derivatives, self.lever_law, phi, order)
+
+    def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
+        """Of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
+        return self.linkage.transmission_angle(self.lever_law(phi))
+
+
+def _through(derivatives: Callable[[np.ndarray], np.ndarray], law: Law, phi: np.ndarray | float, order: int) -> np.ndarray:
+    inner = [law(phi, n) for n in range(order + 1)]
+    return composed(derivatives(inner[0]), inner)
+
+
+def _extremes(law: Law) -> np.ndarray:
+    """The values of a law on a grid and where its velocity changes its sign in between."""
+    grid = np.linspace(0, 2 * math.pi, _GRID + 1)
+    return law(np.concatenate([grid, crossings(lambda phi: law(phi, 1), grid)]))

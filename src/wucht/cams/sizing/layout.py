@@ -30,7 +30,7 @@ from typing import Protocol
 import numpy as np
 
 from wucht.cams.followers.roller_cam import RollerFollower
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import GRID, STEP, TURN, narrowed, valleys

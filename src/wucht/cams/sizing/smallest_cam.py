@@ -1,26 +1,143 @@
-"""The smallest cam for a permitted pressure angle and a permitted curvature, of a follower with a roller."""
+"""The smallest cam for a permitted pressure angle and a permitted curvature, of a follower with a roller.
+
+The smallest cam of a permitted curvature alone is found by a search of the plane.
+The curvature of the pitch curve is (|V|^2 -+ Im(V* A'))/|V|^3 with V = A - O. That it is at most 1/rho forbids O a bounded
+region about each A: what remains is not convex, but never empty. There the plane is searched, on rays from the point in
+question: each meets K in one piece, and beyond a known radius the curvature forbids nothing. Between the rays beside the best
+ones the search goes on by golden sections, with exchange of cam angles, to some 1e-9. It is as good as its rays: a better
+cam in a gap of what is forbidden that is narrower than 1.5 deg, or than 1/160 of a ray, could be missed.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from wucht.cams.followers.roller_cam import RollerCam, RollerFollower
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.sizing.curvature import with_curvature
-from wucht.cams.sizing.layout import Layout, nearest_in_cones
+from wucht.cams.sizing.layout import EXACT, Layout, farthest, nearest_in_cones, pitch_curvature
 from wucht.cams.sizing.permitted import LARGEST_ANGLE, Size, Smallest
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import valleys
+from wucht.numerics.angles import GRID, TURN, narrowed, valleys
 
+_MET = 1e-6  # of the curvature: a bound so near is reached
+_MOST_EXCHANGES = 60
+_FINE = np.geomspace(1e-5, 0.03, 24)  # rad: K may be a thin wedge
+_RAYS = np.sort(np.concatenate([-_FINE, _FINE, np.arange(-120, 120) * (TURN / 240)]))
+_ALONG = np.linspace(0.0, 1.0, 160)  # of a ray
+_HALVINGS = 34
+_PROMISING = 1.05  # times the best of the rays: it may become the best between them
+_COARSE = GRID[::16]
+_MOST_STARTS = 3
 Angles = float | tuple[float, float]
-_MET = 1e-6  # rad: a bound so near is reached
 LEAST_DISTANCE = 1e-6  # m: a cam file wants a distance greater than zero, even of a law that is never zero
 _SHARE = 1e-9  # of the tangents of the pressure angles, to which they are found where a shaft makes them smaller
+
+
+def _with_curvature(layout: Layout, target: complex, centre: complex, most: float) -> complex:
+    """The point of K nearest to a target where the pitch curve is nowhere bent more sharply; ``centre``: of K alone."""
+    if not len(_sharper(layout, centre, most)):
+        return centre
+    rays = _Rays(target, most, *layout.bends(_COARSE), *layout.half_planes(_COARSE))
+    found = [_refined(layout, rays, between) for between in _first_points(layout, rays, centre)]
+    kept = [z for z in found if z is not None]
+    if not kept:
+        raise RunError("no cam of that least radius was found: permit a smaller one, or a larger pressure angle")
+    return min(kept, key=lambda z: abs(z - target))
+
+
+def _sharper(layout: Layout, centre: complex, most: float) -> np.ndarray:
+    def room(phi: np.ndarray) -> np.ndarray:
+        apex, turned = layout.bends(phi)
+        return np.asarray(1 - pitch_curvature(apex - centre, turned) / most)
+
+    return farthest(room(GRID), room, -100 * EXACT)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    """Rays from a target, and where on them nothing is broken at some cam angles. apex, turned, a, b: of those angles."""
+
+    target: complex
+    most: float
+    apex: np.ndarray
+    turned: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+
+    def looking_at(self, layout: Layout, phi: np.ndarray) -> _Rays:
+        """The same at more cam angles."""
+        old, new = (self.apex, self.turned, self.a, self.b), (*layout.bends(phi), *layout.half_planes(phi))
+        return _Rays(self.target, self.most, *(np.append(o, n) for o, n in zip(old, new, strict=True)))
+
+    def worst(self, ray: complex, at: np.ndarray) -> np.ndarray:
+        """The largest curvature at distances (N,) along a ray."""
+        return np.asarray(pitch_curvature(self.apex - (self.target + at * ray)[:, None], self.turned).max(axis=1))
+
+    @cached_property
+    def free(self) -> float:
+        """The distance beyond which the curvature forbids nothing.
+
+        |V|^2 + |V||A'| <= most |V|^3 is true beyond the positive root.
+        """
+        largest = 4 * self.most * float(np.abs(self.turned).max())
+        return float(np.abs(self.target - self.apex).max()) + (1 + math.sqrt(1 + largest)) / (2 * self.most)
+
+    def first(self, angle: float) -> float:
+        """The least distance on a ray that will do, of those tried, and back from there as far as it will; infinite: none."""
+        ray = complex(math.cos(angle), math.sin(angle))
+        slope, room = (ray * self.a.conj()).real, self.b - (self.target * self.a.conj()).real
+        enter = float(np.max(room[slope < 0] / slope[slope < 0], initial=0.0))
+        leave = float(np.min(room[slope > 0] / slope[slope > 0], initial=max(enter, self.free)))
+        if enter > leave * (1 + _MET):
+            return math.inf
+        at = enter + (leave - enter) * _ALONG
+        will_do = np.flatnonzero(self.worst(ray, at) <= self.most)
+        if not len(will_do) or will_do[0] == 0:
+            return float(at[0]) if len(will_do) else math.inf
+        low, high = float(at[will_do[0] - 1]), float(at[will_do[0]])
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            low, high = (low, middle) if self.worst(ray, np.array([middle]))[0] <= self.most else (middle, high)
+        return high
+
+
+def _first_points(layout: Layout, rays: _Rays, centre: complex) -> list[tuple[float, float]]:
+    """The angles of the rays that are best in their surroundings, and of a ray before and behind; the nearest point first."""
+    middle = layout.inward * layout.guide.rate(np.array(sum(layout.range) / 2))
+    toward = np.angle(centre - rays.target)
+    angles = toward + np.sort(np.append(_RAYS, np.angle(middle / (centre - rays.target))))  # to the middle all cones open
+    first = np.array([rays.first(angle) for angle in angles])
+    best = np.flatnonzero(np.isfinite(first) & (first <= np.roll(first, 1)) & (first <= np.roll(first, -1)))
+    best = best[np.argsort(first[best])]
+    best = best[first[best] <= _PROMISING * first[best[:1]]][:_MOST_STARTS]
+    around = np.concatenate([[angles[-1] - TURN], angles, [angles[0] + TURN]])
+    return [(float(around[k]), float(around[k + 2])) for k in best]
+
+
+def _refined(layout: Layout, rays: _Rays, between: tuple[float, float]) -> complex | None:
+    """The nearest point that will do between two rays, None where none is found."""
+    begin, end = (np.array([angle]) for angle in between)
+    for _ in range(_MOST_EXCHANGES):
+
+        def distances(angles: np.ndarray, rays: _Rays = rays) -> np.ndarray:
+            return np.array([rays.first(float(angle)) for angle in angles])
+
+        angle = float(narrowed(distances, begin, end)[0])
+        distance = rays.first(angle)
+        if not math.isfinite(distance):
+            return None
+        z = rays.target + distance * complex(math.cos(angle), math.sin(angle))
+        new = np.concatenate([layout.broken(z), _sharper(layout, z, rays.most)])
+        if not len(new):
+            return z
+        rays = rays.looking_at(layout, new)
+    return None
 
 
 @dataclass(frozen=True)
@@ -71,7 +188,7 @@ def smallest_roller_cam(layout: Layout, least_radius: float | None, shaft_radius
 
     def centre_for(layout: Layout) -> complex:
         nearest = nearest_in_cones(layout, target)
-        return nearest if least_radius is None else with_curvature(layout, target, nearest, 1 / (roller + least_radius))
+        return nearest if least_radius is None else _with_curvature(layout, target, nearest, 1 / (roller + least_radius))
 
     try:
         centre = centre_for(layout)

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 from pydantic import BeforeValidator, Field, model_validator
 
-from wucht.analysis.shaft import Curve, curves, dry_friction
+from wucht.analysis.working_points import Curve, curves, dry_friction
 from wucht.cams.elastic_output import ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
 from wucht.cams.prediction import CamShaft

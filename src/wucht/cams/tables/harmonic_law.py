@@ -12,8 +12,7 @@ from pydantic import Field
 
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, WayOut, synthesise, ways_out
-from wucht.cams.tables.motion_law import LawTable, SeriesMotion
-from wucht.cams.tables.output import Position, read_output
+from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotion, read_output
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros import fewest_where

@@ -11,11 +11,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.standard_laws import StandardLaw, standard_law
+from wucht.cams.laws.standard_laws import RiseAndReturn, StandardLaw, standard_law
 from wucht.cams.laws.table_law import TableLaw
-from wucht.cams.tables.motion_law import LawTable, MotionLaw, RiseMotion
-from wucht.cams.tables.output import UNITS, Position, read_output
+from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw, Position, RiseMotion, read_output
 from wucht.errors import InputError
 from wucht.files.tables import read_table
 from wucht.schema import Unit, si

@@ -11,13 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.milled import MilledCam
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
 from wucht.cams.workshop.dxf import read_back, write_dxf
 from wucht.cams.workshop.lists import Separator, read_list, write_list
-from wucht.cams.workshop.plc import Interpolation, Unit, cam_table, largest_deviation
-from wucht.cams.workshop.plc_files import Form, read_cam_table, write_cam_table
+from wucht.cams.workshop.plc import Form, Interpolation, Unit, cam_table, largest_deviation, read_cam_table, write_cam_table
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.errors import RunError
 from wucht.numerics.angles import valleys

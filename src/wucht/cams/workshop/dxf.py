@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from wucht.cams.demands import finite, positive
-from wucht.cams.workshop.closed_curve import ClosedCurve, distances
-from wucht.cams.workshop.plane_spline import PlaneSpline, fitted_spline, spline_deviation
+from wucht.cams.workshop.closed_curve import ClosedCurve, PlaneSpline, distances, fitted_spline, spline_deviation
 from wucht.cams.workshop.points import chord_deviation, chord_points
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles

@@ -1,20 +1,47 @@
-"""Cam tables of controllers: a motion law as the slave positions of an electronic cam over the master positions of a turn.
+"""Cam tables of controllers: a motion law as slave positions over the master positions of a turn; and their files.
 
 The terms are those of PLCopen (Motion Control): the table is handed to MC_CamTableSelect, with Periodic := TRUE, and MC_CamIn
 couples the slave axis to the master axis by it. Between the rows the controller interpolates; a table is judged by the outcome.
+
+What is documented, and what is not:
+
+TwinCAT 3 (TF5050, library Tc2_MC2_Camming): MC_CamTableSelect takes an MC_CAM_REF that points to an array in the PLC, either a
+position table of two columns of LREAL, master and slave, ascending, or a motion function, an array of MC_MotionFunctionPoint.
+Both are written as declarations, to be pasted into a global variable list, and linear interpolation is the default of position
+tables. Sources: infosys.beckhoff.com/content/1033/tf5050_tc3_nc_camming, pages 1003586955 (MC_CAM_REF), 1003721995
+(MC_MotionFunctionPoint), 1003744011 (MC_MotionFunctionType: 15 is the polynomial of order 5, motion to motion), 1003709323
+(MC_InterpolationType); in /content/1031/ 1003758987 (MC_MotionPointType), 1003794571 (MC_TableType). Left open there: the units
+of SlaveVelo and SlaveAcc. The page calls them Y' and Y'' over X, and so they are written: derivatives by the master position.
+Left open too is RelIndexNextPoint of the last point: 1 here, as "usually" (others write 0). What the Cam Design Tool (TE1510)
+imports was not to be found in public documents and is not claimed.
+
+CODESYS SoftMotion: the type XYVA of MC_CAM_REF, an array of SMC_CAMXYVA with polynomials of fifth degree between, is written
+in the layout that the cam editor's "Display Generated Code" shows. Sources: content.helpme-codesys.com/en/CODESYS SoftMotion,
+_sm_cmd_cam_display_generated_code; libs/SM3_Basic/Current, MC_CAM_REF and SMC_CAM_TYPE; derivatives by the master position:
+SMC_CamTableEvaluate and the default cam, V = 1 from (120, 120) to (240, 240). The ASCII table (TXT) is read by "Read Cam Data
+from ASCII Table" as X/Y values at equal distances of X; the page (_sm_cmd_cam_read_data_from_ascii_table) does not say what
+separates them: a blank here. It says that the editor lays polynomials of fifth degree through them; a deviation reckoned for
+straight lines holds only where the table is used as it is. The layout of .CAM files is not published; none is written.
+
+CSV is ours: master;slave, and velocity;acceleration by the degree of the master, under a line of names.
 """
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 
 from wucht.cams.demands import finite, places, positive
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
+from wucht.cams.workshop.textfiles import decimal, written_text
 from wucht.errors import InputError
+from wucht.files.documents import read_text
 
 MOST_ROWS = 32767  # nElements of CODESYS' MC_CAM_REF is an INT
 MASTER_DECIMALS = 4  # of degrees: steps are whole multiples of 0.0001 deg, so that even spacing survives rounding
@@ -26,6 +53,11 @@ _SHARE = 0.99  # of the tolerance is used: between the samples lies at most 0.4 
 _CLOSED = 1e-9  # of the law's range: by how much it may differ after a turn
 _DEGREE = math.pi / 180
 _TURN = 2 * math.pi
+_WHOLE = 1e-9  # deg
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")  # IEC 61131-3
+_NUMBER = r"([-+]?[0-9][0-9.eE+-]*)"
+_MOTION = rf"MasterPos := {_NUMBER}, SlavePos := {_NUMBER}, SlaveVelo := {_NUMBER}, SlaveAcc := {_NUMBER}"
+_XYVA = rf"dX := {_NUMBER}, dY := {_NUMBER}, dV := {_NUMBER}, dA := {_NUMBER}"
 
 
 class Unit(Enum):
@@ -158,3 +190,140 @@ def _rounded(law: Law, unit: Unit, n: int, interpolation: Interpolation, decimal
     if interpolation is Interpolation.LINEAR:
         return CamTable(phi, rounded(0, 0), None, None, unit, decimals)
     return CamTable(phi, rounded(0, 0), rounded(1, VELOCITY_FINER), rounded(2, ACCELERATION_FINER), unit, decimals)
+
+
+class Form(Enum):
+    """Of which program the file is."""
+
+    CSV = "csv"
+    TWINCAT = "twincat"
+    CODESYS = "codesys"
+    CODESYS_ASCII = "codesys-ascii"
+
+
+def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam") -> Path:
+    """Write a table, the master in deg, the slave in its unit.
+
+    name: of the variables in TwinCAT and CODESYS. CODESYS takes only tables for quintic, its ASCII table only for linear
+    interpolation; TwinCAT and CSV take both. Raises ``InputError``, and ``RunError`` where nothing can be written.
+    """
+    if not _IDENTIFIER.fullmatch(name):
+        raise InputError(
+            "name", name, "it must be a name in IEC 61131-3: a letter, then letters, digits and single underscores"
+        )
+    wanted = {Form.CODESYS: Interpolation.QUINTIC, Form.CODESYS_ASCII: Interpolation.LINEAR}.get(form, table.interpolation)
+    if table.interpolation is not wanted:
+        raise InputError("form", form.value, f"it needs a table made for {wanted.name.lower()} interpolation")
+    return written_text(path, _WRITERS[form](_columns(table), table, name) + "\n")
+
+
+def _columns(table: CamTable) -> list[tuple[str, ...]]:
+    """The rows as texts: master, slave, and velocity and acceleration where there are any, by the degree."""
+    per_si = table.unit.per_si
+    columns = [decimal(table.phi / _DEGREE, MASTER_DECIMALS), decimal(table.position * per_si, table.decimals)]
+    if table.velocity is not None and table.acceleration is not None:
+        columns.append(decimal(table.velocity * per_si * _DEGREE, table.decimals + VELOCITY_FINER))
+        columns.append(decimal(table.acceleration * per_si * _DEGREE**2, table.decimals + ACCELERATION_FINER))
+    return list(zip(*columns, strict=True))
+
+
+def _title(table: CamTable, name: str) -> str:
+    return f"cam table {name}: master in deg, slave in {table.unit.value}, {table.interpolation.name.lower()} interpolation"
+
+
+def _csv(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+    head = [f"# {_title(table, name)}", ";".join(("master", "slave", "velocity", "acceleration")[: len(rows[0])])]
+    return "\n".join(head + [";".join(row) for row in rows])
+
+
+def _twincat(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+    n = len(rows)
+    if table.interpolation is Interpolation.LINEAR:
+        kind, columns, array = "EQUIDISTANT", 2, f"ARRAY[0..{n - 1}, 0..1] OF LREAL"
+        points = [", ".join(row) for row in rows]
+    else:
+        kind, columns, array = "MOTIONFUNCTION", 1, f"ARRAY[1..{n}] OF MC_MotionFunctionPoint"
+        points = [
+            f"(PointIndex := {i}, FunctionType := MC_MotionFunctionType.MOTIONFUNCTYPE_POLYNOM5_MM, "
+            f"PointType := MC_MotionPointType.MOTIONPOINTTYPE_MOTION, RelIndexNextPoint := 1, "
+            f"MasterPos := {x}, SlavePos := {y}, SlaveVelo := {v}, SlaveAcc := {a}, SlaveJerk := 0.0)"
+            for i, (x, y, v, a) in enumerate(rows, 1)
+        ]
+    return "\n".join([
+        f"(* {_title(table, name)}. MC_CamTableSelect with Periodic := TRUE, then MC_CamIn.",
+        f"   MC_CAM_REF: pArray := ADR({name}_A), ArraySize := SIZEOF({name}_A), NoOfRows := {n}, NoOfColumns := {columns},",
+        f"   TableType := MC_TABLETYPE_{kind} *)",
+        "VAR_GLOBAL",
+        f"{name}_A : {array} := [",
+        ",\n".join(f"    {point}" for point in points) + "];",
+        "END_VAR",
+    ])  # fmt: skip
+
+
+def _codesys(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+    points = [f"        (dX := {x}, dY := {y}, dV := {v}, dA := {a})" for x, y, v, a in rows]
+    return "\n".join([
+        f"(* {_title(table, name)}. MC_CamTableSelect with Periodic := TRUE, then MC_CamIn *)",
+        "{attribute 'linkalways'}",
+        "VAR_GLOBAL",
+        f"{name}_A: ARRAY[0..{len(rows) - 1}] OF SMC_CAMXYVA := [",
+        ",\n".join(points) + "];",
+        f"{name}: MC_CAM_REF := (nElements := {len(rows)}, byType := 3, xStart := 0, xEnd := 360, nTappets := 0, "
+        f"strCAMName := '{name}', pce := ADR({name}_A), xPartofLM := TRUE);",
+        "END_VAR",
+    ])  # fmt: skip
+
+
+def _codesys_ascii(rows: list[tuple[str, ...]], table: CamTable, name: str) -> str:
+    return "\n".join(" ".join(row) for row in rows)
+
+
+_WRITERS: dict[Form, Callable[[list[tuple[str, ...]], CamTable, str], str]] = {
+    Form.CSV: _csv,
+    Form.TWINCAT: _twincat,
+    Form.CODESYS: _codesys,
+    Form.CODESYS_ASCII: _codesys_ascii,
+}
+
+
+def read_cam_table(path: Path, form: Form, unit: Unit) -> CamTable:
+    """Read a table that ``write_cam_table`` wrote. unit: of the slave in the file. Raises ``InputError``."""
+    text = read_text(path)
+    stated = re.search(r"slave in (\w+)", text)
+    if stated and stated.group(1) != unit.value:
+        raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}", code="unit")
+    rows, announced = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
+    if announced and len(rows) != int(announced.group(2)) - int(announced.group(1)) + 1:
+        sentence = f"it announces an array of another length than its {len(rows)} rows that can be read"
+        raise InputError(str(path), None, sentence, code="count")
+    if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):
+        raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it", code="no-table")
+    try:
+        values = np.array([[float(v) for v in row] for row in rows]).T
+    except ValueError as error:
+        raise InputError(str(path), None, f"it holds what is no number: {error}", code="no-number") from None
+    _check_rows(path, values)
+    derivatives = [column / (unit.per_si * _DEGREE**order) for order, column in enumerate(values[2:], 1)] or [None, None]
+    decimals = max(len(row[1].partition(".")[2]) for row in rows)
+    return CamTable(values[0] * _DEGREE, values[1] / unit.per_si, derivatives[0], derivatives[1], unit, decimals)
+
+
+def _rows(text: str, form: Form) -> list[tuple[str, ...]]:
+    if form is Form.CODESYS:
+        return re.findall(_XYVA, text)
+    if form is Form.TWINCAT:
+        pairs = re.search(r"OF LREAL := \[(.*?)\]", text, re.DOTALL)
+        numbers = re.split(r"[,\s]+", pairs.group(1).strip()) if pairs else []
+        return list(zip(numbers[::2], numbers[1::2], strict=False)) or re.findall(_MOTION, text)
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith(("#", "master"))]
+    return [tuple(re.split(r"[;\s]+", line)) for line in lines]
+
+
+def _check_rows(path: Path, values: np.ndarray) -> None:
+    master, slave = values[:2]
+    if not np.isfinite(values).all():
+        raise InputError(str(path), None, "none of its values may be missing (NaN)", code="not-finite")
+    if not (np.diff(master) > 0).all() or abs(master[0]) > _WHOLE or abs(master[-1] - 360) > _WHOLE:
+        raise InputError(str(path), None, "its master positions must rise from 0 to 360 deg", code="not-increasing")
+    if slave[0] != slave[-1]:
+        raise InputError(str(path), None, "its slave must come back to where it was after a turn", code="not-closed")

@@ -14,12 +14,12 @@ from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.configuration import Configuration, Describer
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import all_states
-from wucht.analysis.configurations.steady_machine import driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.balancers.candidates import CAPTURE, SETTLING, Evaluated, Trials
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
+from wucht.machines.operation import driven_speeds, turning
 
 
 def states_at_speed(machine: Machine) -> tuple[State, ...]:

@@ -13,14 +13,14 @@ import sympy as sp
 from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.configuration import name_of, residual_unbalance, type_of
 from wucht.analysis.configurations.search import all_states, multiplicity, same_state
-from wucht.analysis.configurations.state_names import name_of, residual_unbalance, type_of
-from wucht.analysis.configurations.steady_machine import MOST_BODIES, driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.branches.steady_states import BranchSettings, Kind, Ordinates, StatesAtValue, Watch, Words, in_words
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
+from wucht.machines.operation import MOST_BODIES, driven_speeds, turning
 from wucht.numerics.angles import within_half_a_turn, wrapped
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations

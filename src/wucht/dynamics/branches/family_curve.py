@@ -16,8 +16,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.force_balance import compensating, members
+from wucht.analysis.configurations.closed_form import State, compensating, members
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.equilibrium_branches import (

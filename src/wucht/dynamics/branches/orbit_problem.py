@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
-from wucht.analysis.configurations.steady_machine import turning as steady_machine
 from wucht.analysis.sections import Section, section_of
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Words
@@ -17,6 +16,7 @@ from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speed
 from wucht.errors import InputError, nearest
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
+from wucht.machines.operation import turning as steady_machine
 from wucht.numerics.flow.program import Evaluator
 from wucht.system import TIME, System
 

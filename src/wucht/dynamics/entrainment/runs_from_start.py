@@ -15,9 +15,9 @@ from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.verdicts.locking import Locked, locked
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Observation, Watch
+from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
-from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
 

@@ -8,8 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.full_motion import FullMotion
+from wucht.analysis.averaged import AveragedMachine, FullMotion, averaged_machine
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.fatigue.counted_cycles import Cycles

@@ -10,11 +10,11 @@ import numpy as np
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.search import all_states
-from wucht.analysis.configurations.steady_machine import driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
+from wucht.machines.operation import driven_speeds, turning
 from wucht.measurements.cusum import AlarmDistribution, Cusum, chart
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate

@@ -9,14 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from wucht.analysis.shaft import energy_scale, swing_frequency
 from wucht.analysis.time_constants import highest_speed, runaway_limit
+from wucht.analysis.working_points import energy_scale, swing_frequency
 from wucht.dynamics.run_ups.initial_state import speeds_in
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
+from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
-from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.numerics.flow.events import Event
 

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.static import static_position
 from wucht.errors import InputError
+from wucht.machines.changes import leader_of
 from wucht.machines.machine import Machine
 from wucht.machines.parts.track import Tracked
-from wucht.machines.release_events import leader_of
 from wucht.machines.tracks import arranged, starts
 from wucht.mechanics.energies import Internal
 from wucht.mechanics.lagrange import Coordinate
@@ -183,7 +182,7 @@ def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
         units[d] = Unit("rad" if d == "r" else length, "displacement")
         units[f"v{d}"] = Unit(("rad/s" if d == "r" else "m/s") if length else "", "velocity")
     stated, values = _quantities(given, units, where), dict[str, float]()
-    for c, rest, d in zip(machine.carrier, static_position(machine), machine.labels, strict=True):
+    for c, rest, d in zip(machine.carrier, machine.rest, machine.labels, strict=True):
         free = c.prescribed is None
         values[c.position.name] = float(rest) + stated.get(d, 0.0) if free else machine.start_positions.get(d, 0.0)
         values[c.velocity.name] = stated.get(f"v{d}", 0.0) if free else _prescribed(machine, c)

@@ -9,14 +9,12 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.full_motion import FullMotion
-from wucht.analysis.static import static_position
+from wucht.analysis.averaged import AveragedMachine, FullMotion, averaged_machine
 from wucht.dynamics.run_ups.initial_state import angles_in, speeds_in
 from wucht.errors import InputError
 from wucht.machines.machine import LOST, Machine
 from wucht.machines.operation import damped, free_speed
-from wucht.mechanics.averaged.outputs import ROTOR_ANGLE, SHAKEN
+from wucht.mechanics.averaged.solution import ROTOR_ANGLE, SHAKEN
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
@@ -149,7 +147,7 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     if order > 1 and not speeds[main] and not slow.defined_at(initial[:-1]):
         needed = f"needed is a speed of {main!r} in study.start, however small, or order = 1"
         raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {needed}")
-    positions = zip(machine.carrier, static_position(machine), strict=True)
+    positions = zip(machine.carrier, machine.rest, strict=True)
     at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
     moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
     left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if moved else ()

@@ -9,13 +9,12 @@ from typing import Any, Literal
 import numpy as np
 
 from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_branches
-from wucht.analysis.configurations.steady_machine import turning
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import Forced
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, listed
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import sense_of
+from wucht.machines.operation import sense_of, turning
 from wucht.machines.tracks import arranged
 
 HELD = "study.bodies = 'held' holds them at the phases of study.start"

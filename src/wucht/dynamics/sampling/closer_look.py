@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.analysis.full_motion import FullMotion
+from wucht.analysis.averaged import FullMotion
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import Numbered, Variants, parameters_of

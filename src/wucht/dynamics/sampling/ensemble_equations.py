@@ -11,17 +11,15 @@ import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
-from wucht.analysis.static import axis_at_rest
 from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.dynamics.sampling.member_views import Bound, FullView, SlowView
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.errors import InputError
-from wucht.machines.laws_in_pieces import laws_in_pieces
+from wucht.machines.changes import laws_in_pieces, release_events
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, sense_of
-from wucht.machines.release_events import release_events
+from wucht.machines.operation import axis_at_rest, free_speed, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.ensembles.members import Members
 from wucht.system import System

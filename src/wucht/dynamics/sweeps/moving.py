@@ -15,12 +15,12 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.static import axis_at_rest
 from wucht.dynamics.sweeps.pace import Pace
 from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
+from wucht.machines.operation import axis_at_rest
 from wucht.machines.schedules import SCHEDULED
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.compiled import CompiledSystem

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from wucht.analysis.shaft import torque_surplus
 from wucht.analysis.time_constants import runaway_limit
+from wucht.analysis.working_points import torque_surplus
 from wucht.dynamics.verdicts.evidence import UNREST, Standing
 from wucht.dynamics.verdicts.outcomes import Evidence
 from wucht.machines.machine import Machine

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.static import axis_at_rest
 from wucht.machines.machine import LOST, SUPPLIED, Machine
+from wucht.machines.operation import axis_at_rest
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory

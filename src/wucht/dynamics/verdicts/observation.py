@@ -9,12 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.static import axis_at_rest
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observables import Orbit
 from wucht.machines.machine import Machine
-from wucht.machines.operation import rotor_inertia, sense_of
+from wucht.machines.operation import axis_at_rest, rotor_inertia, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.shaft import only_braked
 from wucht.analysis.vibration import Vibration
+from wucht.analysis.working_points import only_braked
 from wucht.dynamics.verdicts.evidence import FEWEST_TURNS
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import AT_REST, Evidence

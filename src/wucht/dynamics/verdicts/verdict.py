@@ -23,9 +23,9 @@ from wucht.dynamics.verdicts.outcomes import (
     classify,
 )
 from wucht.dynamics.verdicts.swings import longer_until_no_turning, swing_of, turning_on_the_whole
+from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
-from wucht.machines.release_events import last_change
 from wucht.numerics.observers.modulation import Modulation
 from wucht.numerics.observers.records import Blocks
 

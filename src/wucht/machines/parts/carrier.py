@@ -10,11 +10,12 @@ from pydantic import Field
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Frame, si
-from wucht.machines.parts.support import Support, is_negative
-from wucht.machines.parts.tuning import (
+from wucht.machines.parts.support import (
     Inertia,
     Pair,
+    Support,
     in_words,
+    is_negative,
     refuse_both,
     refuse_ratio_without_spring,
     tuned_damping,

@@ -9,8 +9,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from wucht.machines.parts.base import Drive, si
-from wucht.machines.parts.dc_nameplate import DCNameplate
-from wucht.machines.parts.nameplate import read_nameplate, required_without
+from wucht.machines.parts.nameplate import DCNameplate, read_nameplate, required_without
 
 _LINE = ("armature_resistance", "motor_constant", "flux")  # what follows from a nameplate
 

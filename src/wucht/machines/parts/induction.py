@@ -11,10 +11,15 @@ from pydantic_core import CoreSchema
 
 from wucht.errors import FieldError, code_of
 from wucht.machines.parts.base import Drive, si
-from wucht.machines.parts.circuit_fit import doubts, fit_in_words, fitted_circuit, largest_resistance
-from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement
-from wucht.machines.parts.induction_nameplate import InductionNameplate
-from wucht.machines.parts.nameplate import read_nameplate, required_without
+from wucht.machines.parts.equivalent_circuit import (
+    EquivalentCircuit,
+    displacement,
+    doubts,
+    fit_in_words,
+    fitted_circuit,
+    largest_resistance,
+)
+from wucht.machines.parts.nameplate import InductionNameplate, read_nameplate, required_without
 from wucht.schema import Unit
 
 # What a nameplate says, and what may be given beside it: where the motor is run, and a resistance that was measured.

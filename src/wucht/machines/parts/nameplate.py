@@ -1,15 +1,24 @@
-"""Nameplates: what is printed on a motor, from which its parameters follow when it is built."""
+"""Nameplates: what is printed on a DC or an induction motor, from which its parameters follow when it is built.
+
+A DC motor of constant flux, of armature resistance R_A and flux k Phi turns by U = R_A I + k Phi w, and gives the shaft k Phi I
+less what friction and iron take, k Phi I_0 by its no-load current I_0 (A. E. Fitzgerald et al., Electric Machinery, chapter 7).
+So the torque on the shaft is a straight line with the slope (k Phi)^2/R_A that is zero at the no-load speed, and as such it is
+kept: through the rated point and the no-load point, k Phi = U/w_0, with friction and iron losses in it, exact at the rated
+voltage.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError, model_validator
 
-from wucht.schema import Described, Parameter
+from wucht.schema import Described, Parameter, si
 
 LARGE = 0.1  # of a value: a fit that misses more of it is told as a warning
+_MOST_SLIP = 0.3  # more, and speed, frequency or poles are mistaken
 
 
 class Nameplate(Described):
@@ -61,3 +70,196 @@ def missed(fitted: Mapping[str, tuple[float, float, str]]) -> dict[str, tuple[fl
         met = f"{name} {printed:.4g}{suffix} met" if abs(error) < 5e-4 else ""
         errors[name] = error, met or f"{name} {found:.4g}{suffix} for {printed:.4g}{suffix} ({100 * error:+.2g} %)"
     return errors
+
+
+class DCNameplate(Nameplate):
+    """What is printed on a DC motor with a separate field or permanent magnets: the rated point, and the one without load.
+
+    ``power`` on the shaft, or ``torque``. Needed besides is the ``no_load_speed``; or ``current`` with ``armature_resistance``;
+    or ``current`` with ``no_load_current``, from which the losses give the resistance.
+    """
+
+    voltage: float = si("V", "rated voltage", "U_n", gt=0, help="rated voltage of the armature")
+    speed: float = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
+    power: float | None = si("W", "rated power on the shaft", "P_n", None, gt=0, help="rated power on the shaft; or `torque`")
+    torque: float | None = si("N m", "rated torque", "T_n", None, gt=0, help="rated torque, instead of `power`")
+    current: float | None = si("A", "rated current of the armature", "I_n", None, gt=0, help=(
+        "rated current of the armature, beside `armature_resistance` or `no_load_current`"
+    ))  # fmt: skip
+    no_load_speed: float | None = si(
+        "rad/s", "no-load speed", "n_0", None, gt=0, help="no-load speed at the rated voltage; or give `current`"
+    )
+    no_load_current: float | None = si("A", "no-load current of the armature", "I_0", None, ge=0)
+    armature_resistance: float | None = si("ohm", "resistance of the armature", "R_A", None, gt=0)
+
+    @property
+    def shaft_torque(self) -> float:
+        """The rated torque in N m."""
+        return self.torque if self.torque is not None else (self.power or 0.0) / self.speed
+
+    @property
+    def resistance(self) -> float | None:
+        """Of the armature in ohm: as printed, else by P = (U - R I) (I - I_0); None where that is not known."""
+        if self.armature_resistance is not None or self.current is None or self.no_load_current is None:
+            return self.armature_resistance
+        induced = self.shaft_torque * self.speed / (self.current - self.no_load_current)
+        return (self.voltage - induced) / self.current
+
+    @model_validator(mode="after")
+    def _possible(self) -> DCNameplate:
+        if (self.power is None) == (self.torque is None):
+            raise ValueError("power", "needed is the rated power on the shaft or the rated torque, one of both")
+        if self.no_load_speed is not None and self.no_load_speed <= self.speed:
+            raise ValueError("no_load_speed", "must be above the rated speed: a loaded motor is slower")
+        if self.no_load_current is not None and self.current is not None and self.no_load_current >= self.current:
+            raise ValueError("no_load_current", "must be below the rated current")
+        if self.current is not None and self.shaft_torque * self.speed >= self.voltage * self.current:
+            least = self.shaft_torque * self.speed / self.voltage
+            raise ValueError("current", f"must be above {least:.4g} A: less than the shaft's power would be supplied")
+        if self.no_load_speed is not None:
+            return self
+        if self.current is None or (resistance := self.resistance) is None:
+            needed = "no_load_speed, or current with armature_resistance, or current with no_load_current"
+            raise ValueError("no_load_speed", f"needed is one of these: {needed}")
+        if not 0 < resistance * self.current < self.voltage:
+            key = "armature_resistance" if self.armature_resistance is not None else "no_load_current"
+            raise ValueError(key, f"does not fit power, voltage and current: the armature would have {resistance:.4g} ohm")
+        return self
+
+    def line(self) -> tuple[float, float]:
+        """k Phi in V s and R_A in ohm of the line through the rated point that is zero at the no-load speed."""
+        no_load = self.no_load_speed
+        if no_load is None:
+            assert self.current is not None and self.resistance is not None
+            flux = (self.voltage - self.resistance * self.current) / self.speed
+            no_load = self.speed + self.shaft_torque * self.resistance / flux**2
+        flux = self.voltage / no_load
+        return flux, flux * (self.voltage - flux * self.speed) / self.shaft_torque
+
+    def errors(self, flux: float, resistance: float) -> dict[str, tuple[float, str]]:
+        """By how much a line misses what is printed, relatively, and in words."""
+        compared = {
+            "rated torque": (self.shaft_torque, flux * (self.voltage - flux * self.speed) / resistance, "N m"),
+        }
+        if self.no_load_speed is not None:
+            compared["no-load speed"] = self.no_load_speed, self.voltage / flux, "rad/s"
+        if self.armature_resistance is not None:
+            compared["armature resistance"] = self.armature_resistance, resistance, "ohm"
+        if self.current is not None and self.no_load_current is not None:
+            compared["rated current"] = self.current, self.shaft_torque / flux + self.no_load_current, "A"
+        return missed(compared)
+
+    def fit_in_words(self, flux: float, resistance: float) -> str:
+        """The line, and by how much it misses what is printed."""
+        errors = "; ".join(words for _, words in self.errors(flux, resistance).values())
+        return f"line of the nameplate: flux times motor constant {flux:.4g} V s, armature {resistance:.4g} ohm; {errors}"
+
+    def doubts(self, flux: float, resistance: float) -> tuple[str, ...]:
+        """What of the plate the line misses by more than a tenth."""
+        return tuple(words for error, words in self.errors(flux, resistance).values() if abs(error) > LARGE)
+
+
+class InductionNameplate(Nameplate):
+    """What is printed on an induction motor, or in its data sheet: the rated point, and torques as multiples of the rated one.
+
+    Of ``efficiency``, ``power_factor`` and ``current`` two give the magnetising reactance and, with the losses, a bound on the
+    resistance of the stator.
+    """
+
+    power: float = si("W", "rated power on the shaft", "P_n", gt=0)
+    speed: float = si("rad/s", "rated speed", "n_n", gt=0, help="rated speed of the shaft")
+    voltage: float = si("V", "rated voltage between two lines", "U_n", gt=0)
+    connection: Literal["star", "delta"] = Field("star", description="connection of the windings")
+    frequency: float = si("Hz", "rated frequency", "f_n", gt=0, help="rated frequency of the mains")
+    poles: float | None = si(
+        "", "number of poles", "2p", None, ge=2, help="number of poles, by default as many as the rated speed says"
+    )
+    breakdown_torque_ratio: float = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)
+    starting_torque_ratio: float | None = si("", "starting torque over rated torque", "T_s/T_n", None, gt=0)
+    efficiency: float | None = si("", "efficiency at the rated point", "eta", None, gt=0, lt=1)
+    power_factor: float | None = si("", "power factor at the rated point", "cos phi", None, gt=0, lt=1)
+    current: float | None = si("A", "rated current of a line", "I_n", None, gt=0)
+
+    @property
+    def pole_pairs(self) -> float:
+        """By default the most with which the motor slips."""
+        return (
+            self.poles / 2 if self.poles is not None else float(max(math.floor(2 * math.pi * self.frequency / self.speed), 1))
+        )
+
+    @property
+    def synchronous(self) -> float:
+        """The synchronous speed in rad/s."""
+        return 2 * math.pi * self.frequency / self.pole_pairs
+
+    @property
+    def slip(self) -> float:
+        """The rated slip."""
+        return 1 - self.speed / self.synchronous
+
+    @property
+    def phase_voltage(self) -> float:
+        """The voltage of a phase in V."""
+        return self.voltage / math.sqrt(3) if self.connection == "star" else self.voltage
+
+    @property
+    def torque(self) -> float:
+        """The rated torque in N m."""
+        return self.power / self.speed
+
+    @property
+    def input_power(self) -> float | None:
+        """What the motor draws in W, by its efficiency, else by current and power factor; None where neither is printed."""
+        if self.efficiency is not None:
+            return self.power / self.efficiency
+        if self.current is not None and self.power_factor is not None:
+            return math.sqrt(3) * self.voltage * self.current * self.power_factor
+        return None
+
+    @property
+    def cosine(self) -> float | None:
+        """The power factor, printed or by current and efficiency; None where neither is known."""
+        if self.power_factor is not None or self.input_power is None or self.current is None:
+            return self.power_factor
+        return self.input_power / (math.sqrt(3) * self.voltage * self.current)
+
+    @property
+    def phase_current(self) -> float | None:
+        """The current of a phase in A, None where it is not known."""
+        line = self.current
+        if line is None and self.input_power is not None and self.power_factor is not None:
+            line = self.input_power / (math.sqrt(3) * self.voltage * self.power_factor)
+        return line if line is None or self.connection == "star" else line / math.sqrt(3)
+
+    @property
+    def other_losses(self) -> float | None:
+        """Those outside the cage, in W."""
+        return None if self.input_power is None else self.input_power - self._crossing
+
+    @property
+    def _crossing(self) -> float:
+        """The power in W that crosses the air gap."""
+        return self.power / (1 - self.slip)
+
+    @model_validator(mode="after")
+    def _possible(self) -> InductionNameplate:
+        if self.poles is not None and self.poles % 2:
+            raise ValueError("poles", "must be an even number of poles")
+        if self.slip <= 0:
+            rpm = self.synchronous * 30 / math.pi
+            fields = f"{self.pole_pairs * 2:g} poles at {self.frequency:g} Hz"
+            raise ValueError("speed", f"must be less than the synchronous speed {rpm:.6g} rpm of {fields}: this motor slips")
+        if self.slip > _MOST_SLIP:
+            with_poles = f"with {2 * self.pole_pairs:g} poles the rated slip would be {self.slip:.0%}"
+            raise ValueError("speed" if self.poles is None else "poles", f"{with_poles}: must be at most {_MOST_SLIP:.0%}")
+        if self.other_losses is not None and self.input_power is not None and self.other_losses <= 0:
+            key = "efficiency" if self.efficiency is not None else "power_factor"
+            bound = (
+                1 - self.slip if self.efficiency is not None else (self.power_factor or 0.0) * self._crossing / self.input_power
+            )
+            side = "below" if self.efficiency is not None else "above"
+            raise ValueError(key, f"must be {side} {bound:.4g}: the cage alone loses the slip, {self.slip:.3g} of what it gets")
+        if self.cosine is not None and self.cosine >= 1:
+            least_current = (self.input_power or 0.0) / (math.sqrt(3) * self.voltage)
+            raise ValueError("current", f"must be more than {least_current:.4g} A, by power, efficiency and voltage")
+        return self

@@ -12,13 +12,14 @@ from pydantic import Field
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, si
-from wucht.machines.parts.support import Support, is_negative
-from wucht.machines.parts.tuning import (
+from wucht.machines.parts.support import (
     UNTUNED,
     Inertia,
     Pair,
+    Support,
     each,
     in_words,
+    is_negative,
     refuse_both,
     refuse_ratio_without_spring,
     refuse_rotation_both_ways,

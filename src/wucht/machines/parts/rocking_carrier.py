@@ -11,8 +11,7 @@ from pydantic import Field
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import Body, Frame, si
-from wucht.machines.parts.support import Support
-from wucht.machines.parts.tuning import UNTUNED, Inertia, in_words, refuse_rotation_both_ways, tuned_rotation
+from wucht.machines.parts.support import UNTUNED, Inertia, Support, in_words, refuse_rotation_both_ways, tuned_rotation
 from wucht.mechanics.energies import Energies
 
 

@@ -1,20 +1,151 @@
-"""What carriers have in common."""
+"""What carriers have in common: a prescribed motion, and springs and dampers by natural frequency and damping ratio."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Self
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any, Literal, Self
 
 import sympy as sp
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from wucht.errors import FieldError
-from wucht.machines.parts.base import Body, Frame, Part, Point, si
-from wucht.machines.parts.motion import SHAKING, PrescribedMotion
-from wucht.machines.parts.tuning import Inertia
+from wucht.machines.parts.base import Body, Frame, Part, Point
 from wucht.mechanics.lagrange import Coordinate
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
+from wucht.schema import Described, Parameter, Unit, is_pairs, si
+from wucht.system import TIME
 
+SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)
+Pair = float | tuple[float, float]  # of x and y, or one that holds for both
+Inertia = Callable[[str], float]  # the mass or moment of inertia that moves with a coordinate of the carrier, by its label
+_UNITS = {
+    "stiffness": "N/m", "damping": "N s/m", "rotation_stiffness": "N m", "rotation_damping": "N m s",
+}  # fmt: skip
+UNTUNED = dict.fromkeys(("rotation_frequency", "rotation_damping_ratio"))  # once their spring and damper are known
 _STRONGEST = 1e7  # m/s^2: in ultracentrifuges; bodies swing the faster, the stronger it is
+
+
+class PrescribedMotion(Described):
+    """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
+
+    Between points the displacement is a cubic spline, so that its velocity and acceleration are continuous; before the first
+    and after the last it holds still, so the spline begins and ends with zero velocity.
+    """
+
+    direction: Literal["x", "y", "r"] = Field(title="direction", description="direction of the motion, r: of the rotation")
+    amplitude: float | None = si("m", "amplitude", "x_0", None, help="amplitude of a harmonic motion, in direction r an angle")
+    frequency: float | None = si("rad/s", "angular frequency", "Omega", None, gt=0, help="frequency of a harmonic motion")
+    points: tuple[tuple[float, float], ...] | None = Field(
+        None, min_length=4, title="points (time, displacement)", description="points (time, displacement) of a measured motion"
+    )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
+        """Amplitude and displacements are lengths, in direction r angles; points may have units."""
+        length, name = "rad" if info.data.get("direction") == "r" else "m", info.field_name
+        if given is None or name == "direction":
+            return given
+        if name != "points":
+            return (Unit("rad/s", "angular frequency") if name == "frequency" else Unit(length, "amplitude")).parse(given)
+        if not is_pairs(given):
+            raise ValueError("must be points = [[time, displacement], ...]")
+        units = Unit("s", "time"), Unit(length, "displacement")
+        return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> PrescribedMotion:
+        given = [self.amplitude is not None, self.frequency is not None, self.points is not None]
+        if given not in ([True, True, False], [False, False, True]):
+            sentence = "give amplitude and frequency, or table = FILE (points = [[time, displacement], ...])"
+            raise FieldError(sentence, code="either-or")
+        if self.points is not None and any(b[0] <= a[0] for a, b in zip(self.points, self.points[1:], strict=False)):
+            raise ValueError("must be points whose times increase")
+        return self
+
+    def parameters_at(self, path: str) -> tuple[Parameter, ...]:
+        """Amplitude and frequency; the amplitude in direction r is an angle."""
+        length = "rad" if self.direction == "r" else "m"
+        return tuple(replace(p, unit=length if p.unit == "m" else p.unit) for p in super().parameters_at(path))
+
+    def velocity(self) -> sp.Expr:
+        """The velocity over time."""
+        if self.points is not None:
+            return PiecewiseCubic(TIME, self._spline().derivative)
+        amplitude, frequency = SHAKING
+        return -amplitude * frequency * sp.sin(frequency * TIME)
+
+    def start(self) -> float:
+        """The displacement at t = 0."""
+        return float(self._spline()(0.0)) if self.points is not None else float(self.amplitude or 0.0)
+
+    def _spline(self) -> Pieces:
+        times, values = zip(*(self.points or ()), strict=True)
+        return interpolated("motion", times, values, "spline")
+
+
+def tuned_stiffness(inertia: float, frequency: Pair) -> Pair:
+    """c, of a natural frequency in rad/s."""
+    return each(lambda w: inertia * w**2, frequency)
+
+
+def tuned_damping(inertia: float, stiffness: Pair, ratio: Pair) -> Pair:
+    """b, of a damping ratio."""
+    return each(lambda c, d: 2 * d * math.sqrt(c * inertia), stiffness, ratio)
+
+
+def tuned_rotation(carrier: Any, inertia: Inertia) -> dict[str, Pair]:
+    """Spring and damper of the rotation of a carrier that turns, by their keys: those that its frequency and ratio say."""
+    found: dict[str, Pair] = {}
+    if carrier.rotation_frequency is not None:
+        found["rotation_stiffness"] = tuned_stiffness(inertia("r"), carrier.rotation_frequency)
+    if carrier.rotation_damping_ratio is not None:
+        stiffness = found.get("rotation_stiffness", carrier.rotation_stiffness or 0.0)
+        found["rotation_damping"] = tuned_damping(inertia("r"), stiffness, carrier.rotation_damping_ratio)
+    return found
+
+
+def refuse_both(carrier: Any, one: str, other: str) -> None:
+    """Raises ``ValueError(field, sentence)`` where what one key says is given by another too."""
+    if getattr(carrier, other) is not None and one in carrier.model_fields_set and getattr(carrier, one) is not None:
+        raise FieldError(other, f"give either {one} or {other}", code="either-or")
+
+
+def refuse_rotation_both_ways(carrier: Any) -> None:
+    """Raises ``ValueError(field, sentence)`` where the rotation's spring or damper is given in two ways, or has no spring."""
+    refuse_both(carrier, "rotation_stiffness", "rotation_frequency")
+    refuse_both(carrier, "rotation_damping", "rotation_damping_ratio")
+    spring = carrier.rotation_stiffness if carrier.rotation_frequency is None else carrier.rotation_frequency
+    refuse_ratio_without_spring("rotation_damping_ratio", carrier.rotation_damping_ratio, spring)
+
+
+def refuse_ratio_without_spring(key: str, ratio: Pair | None, spring: Pair | None) -> None:
+    """Raises ``ValueError(field, sentence)`` for a damping ratio in a direction without a spring. spring: or a frequency."""
+    missing = each(lambda d, c: float(d > 0 and c == 0), ratio or 0.0, spring or 0.0)
+    if missing == 1.0 or (isinstance(missing, tuple) and any(missing)):
+        raise FieldError(
+            key, "must go with a stiffness or frequency above 0: without a spring no damping is critical", code="no-stiffness"
+        )
+
+
+def each(function: Callable[..., float], *values: Pair) -> Pair:
+    """A function of values of both directions: one number where all are."""
+    if not any(isinstance(v, tuple) for v in values):
+        return function(*values)
+    pairs = [v if isinstance(v, tuple) else (v, v) for v in values]
+    return function(*(x for x, _ in pairs)), function(*(y for _, y in pairs))
+
+
+def in_words(found: Mapping[str, Pair | None], inertia: str) -> str:
+    """What follows from frequency and damping ratio, by its key. inertia: with which, in words."""
+    shown = (f"{key} {_shown(value)} {_UNITS[key]}" for key, value in found.items())
+    return f"{', '.join(shown)}, by frequency or damping ratio with {inertia}"
+
+
+def _shown(value: Pair | None) -> str:
+    return " and ".join(f"{v:.6g}" for v in (value if isinstance(value, tuple) else (value or 0.0,)))
 
 
 class Support(Part):

@@ -1,4 +1,4 @@
-"""Averaged equations of rotating bodies on a linear carrier, for any number of both.
+"""Averaged equations of rotating bodies on a linear carrier, for any number of both, to first or second order.
 
 With q the carrier's coordinates, theta_i = sigma_i phi_i the bodies' angles in their own sense and E_i = U_i e_i their
 excitation (``linear_carrier``), body i moves the carrier like the moment Re[E_i exp(i theta_i)], and is turned back with the
@@ -9,6 +9,18 @@ torque -q''^T d/dtheta_i Re[E_i exp(i theta_i)]. At the common speed w, theta_i 
 
 and J theta'' + B theta' = L + V: 000 (32)-(33), 001 (33), (47 corrected), (60). Without the inertia of the bodies that are
 damped against their rotor: theta' = w + nu with B nu = L + V - J 1 w', which is 002 (4.60)-(4.62) in time.
+
+Second order takes in the memory of the carrier, and the effect of the fluctuation within a turn.
+While speeds and phases change slowly, the acceleration of the carrier follows the moments with (the convolution with H expanded
+about the present)
+
+    Z = G F - i G' F' - (i/2) G'' w' F,   G = -w^2 H(w),   F = sum E_k (phi_k'^2 - i phi_k'') exp(i alpha_k),
+
+a prime at G meaning d/dw, at F and w d/dt: linear in the slips s_k = phi_k' - w and the accelerations a_k = phi_k'', which are
+taken implicitly, so that what is steady in the first order stays steady. The fluctuation psi_k = Re[P_k exp(2 i theta)] changes
+the moments by dS = -(i/2) sum conj(E_k exp(i alpha_k)) P_k and the mean torque by -Im[T_k conj(P_k)]/2. The error of the slow
+motion is O(epsilon^2) over times 1/epsilon, where the full motion starts with the fast part that belongs to it. Rotors that are
+not damped against each other librate with sqrt(epsilon): in their phases the small parameter is that.
 """
 
 from __future__ import annotations
@@ -17,17 +29,136 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaged.bodies import RotatingBodies, named
-from wucht.mechanics.averaged.coupling import Coupling
-from wucht.mechanics.averaged.explicit_form import Solution, with_inertia, without_inertia
-from wucht.mechanics.averaged.outputs import outputs_of, parts
-from wucht.mechanics.averaged.ripple import ripple
-from wucht.mechanics.averaged.second_order import second_order
-from wucht.mechanics.phasors import Lines, Phasor
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, named, rate_of_given, slope_of_absolute
+from wucht.mechanics.averaged.coupling import Coupling, Ripple, ripple
+from wucht.mechanics.averaged.solution import Solution, outputs_of, parts, with_inertia, without_inertia
+from wucht.mechanics.elimination import solve_by_elimination
+from wucht.mechanics.phasors import TURN, Lines, Phasor
 from wucht.mechanics.slow_time import refuse_other_orders
 from wucht.system import TIME, System
+
+Effect = tuple[np.ndarray, sp.Matrix]
+"""Displacement amplitudes (m), and torques on the bodies (n x 1); of each body that causes them, a row and a column."""
+
+
+def second_order(bodies: RotatingBodies, coupling: Coupling, first: Solution, pulsing: Ripple) -> Solution:
+    """The solution of the next order, from that of the first and the fluctuation within a turn."""
+    names, w, lines = bodies.names, bodies.frequency, coupling.lines
+    base = _base(bodies, coupling, first.motion, pulsing)
+    slip, acceleration = _of_changes(bodies, coupling, base[0])
+    speeds, accelerations = _solved(bodies, coupling, (base[1], slip[1], acceleration[1]), first)
+    slips = [lines.name(v - w, f"s[{n}]") for v, n in zip(speeds, names, strict=True)]
+    rates = [lines.name(a, f"a[{n}]") for a, n in zip(accelerations, names, strict=True)]
+    pushed = base[1] + slip[1] * sp.Matrix(slips) + acceleration[1] * sp.Matrix(rates)
+    torques = [lines.name(v, f"V2[{n}]") for v, n in zip(pushed, names, strict=True)]
+    moved = base[0] + slip[0].T @ np.array(slips, object) + acceleration[0].T @ np.array(rates, object)
+    renewed = {sp.Symbol(f"V[{n}]", real=True): v for n, v in zip(names, torques, strict=True)}
+    rows = tuple((left, right.xreplace(renewed)) for left, right in first.rows)
+    return Solution(list(moved), torques, speeds, accelerations, rows, first.inertia)
+
+
+def _solved(
+    bodies: RotatingBodies, coupling: Coupling, torques: tuple[sp.Matrix, sp.Matrix, sp.Matrix], first: Solution
+) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """Speeds and accelerations theta'' = T y + c (n) from (J - A) theta'' + B theta' = L + V + S (theta' - w).
+
+    torques: V, and of each slip and acceleration S and A. y: the accelerations of all bodies; without inertia the w' of the
+    rotors and the nu of their bodies, nu' being the rate of the first order's nu.
+    """
+    V, S, A = torques
+    n, w, inertia = len(bodies.names), bodies.frequency, first.inertia
+    unknown = bodies.free
+    follows = range(n) if inertia else bodies.heads
+    turning = sp.Matrix([bodies.speed(i) for i in follows])
+    T = sp.Matrix(n, len(unknown), lambda k, q: int(unknown[q] == follows[k]))
+    c = sp.Matrix([0 if i in unknown else rate_of_given(bodies) for i in follows])
+    if not inertia:
+        slopes, constant = _slip_rates(bodies, coupling, first.speeds, unknown)
+        T, c = T + slopes, c + constant
+    effective = bodies.inertia - A
+    right = sp.Matrix([absolute(bodies, i, v) for i, v in enumerate(turning)]) + V + S * turning.applyfunc(lambda v: v - w)
+    right -= effective * c + (bodies.relative * turning if inertia else sp.zeros(n, 1))
+    left = sp.Matrix(effective * T)
+    for q, i in enumerate(unknown):
+        if not inertia and i not in bodies.rotors:
+            left[:, q] += (bodies.relative - S)[:, i]
+            left[i, q] -= slope_of_absolute(bodies, i, turning[i])
+    square = left.extract(unknown, list(range(len(unknown))))
+    names, prefix = [bodies.names[i] for i in unknown], "theta''2 " if inertia else "y' "
+    y = solve_by_elimination(square, [right[i] for i in unknown], names, coupling.lines, prefix, symmetric=False)
+    if not inertia:
+        turning += sp.Matrix([y[unknown.index(i)] if i not in bodies.rotors else 0 for i in range(n)])
+    return list(turning), list(T * sp.Matrix(y) + c)
+
+
+def _slip_rates(
+    bodies: RotatingBodies, coupling: Coupling, speeds: Sequence[sp.Expr], unknown: Sequence[int]
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """nu_k' = sum slope_kq y_q + constant_k: y_q is the rate of rotor q's speed or of body q's phase, the rest is known."""
+    lines, before = coupling.lines, list(coupling.lines.pairs)
+    nu = [v - bodies.speed(h) for v, h in zip(speeds, bodies.heads, strict=True)]
+    slopes = sp.zeros(len(nu), len(unknown))
+    for q, i in enumerate(unknown):
+        variable = bodies.speed(i) if i in bodies.rotors else bodies.phases[i]
+        for k, slope in enumerate(lines.rates({variable: sp.S.One}, nu, f"/{variable}", before)):
+            slopes[k, q] = lines.name(slope, f"dnu[{bodies.names[k]}]/{variable}")
+    rates = {
+        phase: bodies.speed(i) - (bodies.speed(0) if i else bodies.frequency)
+        for i, phase in enumerate(bodies.phases)
+        if phase is not None and i in bodies.rotors
+    }
+    return slopes, sp.Matrix(lines.rates(rates, nu, "'", before))
+
+
+def _base(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], pulsing: Ripple) -> Effect:
+    """What the steady motion contributes, with the fluctuation's effect on the moments and the torques."""
+    w, names = bodies.frequency, [bodies.labels[d] for d in coupling.free]
+    if not all(p.is_zero for p in pulsing.twice):
+        turned = np.array([(c.conj * p * TURN) for c, p in zip(coupling.direction, pulsing.twice, strict=True)])
+        unbalance = np.array([[e.conj for e in row] for row in bodies.excitation])[:, coupling.free]
+        force = (np.array(coupling.moments) - turned @ unbalance * sp.S.Half) * w**2
+        motion = coupling.motion(coupling.lines.phasors(force, "F2", names), "2")
+    # The mean torques of the fluctuation in what causes it: -Im[T conj(P)]/2 and, of gravity, -Im[W conj(G)]/2.
+    causes = zip(pulsing.alternating, pulsing.twice, pulsing.weight, pulsing.once, strict=True)
+    rectified = [-((t * p.conj).im + (g * o.conj).im) / 2 for t, p, g, o in causes]
+    return np.array(motion), sp.Matrix(coupling.torques(motion, "0")) + sp.Matrix(rectified)
+
+
+def _of_changes(bodies: RotatingBodies, coupling: Coupling, base: np.ndarray) -> tuple[Effect, Effect]:
+    """What each slip and each acceleration contributes: row k of the displacements, column k of the torques."""
+    w, free = bodies.frequency, coupling.free
+    M, C = (np.array(a.tolist(), object)[np.ix_(free, free)] for a in (bodies.mass, bodies.damping))
+    slope = M * Phasor(-2 * w) + C * TURN  # D' = i C - 2 w M, D'' = -2 M
+    slips, accelerations = [], []
+    for k, (e, c, name) in enumerate(zip(bodies.excitation, coupling.direction, bodies.names, strict=True)):
+        # G e = -w^2 h, G' e = -2 w h + w^2 bent with h = H e and bent = H D' H e; H' = -H D' H
+        h = coupling.response([e[d] * c for d in free], f"h,{name}")
+        bent = coupling.response(slope @ h, f"hh,{name}")
+        slips.append(_effect(coupling, h * (2 * w) - bent * w**2, bent * w**4 - h * (4 * w**3), f"s,{name}"))
+        displaced, pulled = (bent * (2 * w) - h) * TURN, (h * (5 * w**2) - bent * (2 * w**3)) * TURN
+        if k == 0 and bodies.shaking is None:
+            # For z = H F: H'' F = H (2 D' H D' - D'') z, and G'' F from it.
+            z = base[free]
+            once = coupling.response(slope @ z, "h'")
+            twice = coupling.response(slope @ once * 2 + M @ z * 2, "h''")
+            displaced = displaced - twice * (TURN * sp.S.Half)
+            pulled = pulled - (once * (4 * w) - z * 2 - twice * w**2) * (TURN * sp.S.Half)
+        accelerations.append(_effect(coupling, displaced, pulled, f"a,{name}"))
+    both = [tuple(zip(*effects, strict=True)) for effects in (slips, accelerations)]
+    slip, acceleration = ((np.array(displacements), sp.Matrix.hstack(*torques)) for displacements, torques in both)
+    return slip, acceleration
+
+
+def _effect(coupling: Coupling, displaced: Sequence[Phasor], pulled: Sequence[Phasor], mark: str) -> Effect:
+    """Displacements and torques of all coordinates and bodies for the displacements and accelerations of the free ones."""
+    labels = coupling.bodies.labels
+    amplitudes = np.full((2, len(labels)), Phasor())
+    for d, z, Z in zip(coupling.free, displaced, pulled, strict=True):
+        amplitudes[:, d] = [coupling.lines.phasor(a, f"{letter}{mark}[{labels[d]}]") for a, letter in ((z, "z"), (Z, "Z"))]
+    return amplitudes[0], sp.Matrix(coupling.torques(amplitudes[1], f",{mark}", -sp.S.Half))
 
 
 @dataclass(frozen=True)

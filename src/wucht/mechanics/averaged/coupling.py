@@ -1,14 +1,16 @@
-"""Excitation of the carrier by the bodies, and the vibration torques on them."""
+"""Excitation of the carrier by the bodies, the vibration torques on them, and their fluctuation within a turn."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaged.bodies import RotatingBodies
-from wucht.mechanics.phasors import TURN, HarmonicResponse, Lines, Phasor, dynamic_stiffness, product
+from wucht.errors import WuchtError
+from wucht.mechanics.averaged.bodies import RotatingBodies, slope_of_absolute
+from wucht.mechanics.phasors import TURN, ZERO, HarmonicResponse, Lines, Phasor, dynamic_stiffness, product
 
 
 class Coupling:
@@ -57,9 +59,52 @@ class Coupling:
         return [product(e, motion) * c * half for e, c in zip(self.bodies.excitation, self.direction, strict=True)]
 
 
-def is_round(bodies: RotatingBodies) -> bool:
+def _is_round(bodies: RotatingBodies) -> bool:
     """Whether no torque at twice the speed arises: two equal directions x and y that all bodies excite as (1, -i)."""
     if len(bodies.labels) != 2 or bodies.shaking is not None:
         return False
     alike = all(a[0, 0] == a[1, 1] and a[0, 1] == 0 and a[1, 0] == 0 for a in (bodies.mass, bodies.damping, bodies.stiffness))
     return alike and all(e[1] == e[0] * TURN * -1 for e in bodies.excitation)
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """The bodies' fluctuation psi_i = Re[once_i exp(i theta) + twice_i exp(2 i theta)], and the torques that cause it."""
+
+    once: list[Phasor]
+    twice: list[Phasor]
+    weight: list[Phasor]
+    alternating: list[Phasor]
+
+
+def ripple(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor]) -> Ripple:
+    """J psi'' + k psi' = Re[weight exp(i theta) + T exp(2 i theta)]: 001 (26), (41), (54), (61), and gravity.
+
+    k holds the dampers and the slopes of the drives. T is zero where all directions are alike.
+    """
+    nothing = [ZERO] * len(bodies.names)
+    alternating = nothing if _is_round(bodies) else coupling.alternating(motion)
+    weight = [g * c for g, c in zip(bodies.weight or nothing, coupling.direction, strict=True)]
+    over_w = [t * (1 / bodies.frequency) for t in alternating]  # T goes as w^2: there is no division by w at rest
+    twice = _fluctuation(bodies, coupling, over_w, 2, "T", "P")
+    return Ripple(_fluctuation(bodies, coupling, weight, 1, "W", "G"), twice, weight, alternating)
+
+
+def _fluctuation(
+    bodies: RotatingBodies, coupling: Coupling, torque: Sequence[Phasor], times: int, cause: str, label: str
+) -> list[Phasor]:
+    n, w, free = len(bodies.names), bodies.frequency, bodies.free
+    if all(t.is_zero for t in torque):
+        return [ZERO] * n
+    names = [bodies.names[i] for i in free]
+    own = sp.diag(*(slope_of_absolute(bodies, i, bodies.speed(h)) for i, h in enumerate(bodies.heads)))
+    inertia, damping = (sp.Matrix(a.extract(free, free)) for a in (bodies.inertia, bodies.relative - own))
+    if damping != damping.T:
+        raise WuchtError("dampers that are not reciprocal: the fluctuation within a turn is not computed for them")
+    # Solved for the velocities i times w P, whose matrix k + i times w J is regular at rest where the drives have a slope.
+    massless = sp.zeros(len(free), len(free))
+    response = HarmonicResponse(massless, inertia, damping, times * w, names, coupling.lines, f"Q{times}")
+    velocities = response(coupling.lines.phasors([torque[i] for i in free], cause, names), f"{label}'")
+    fluctuations = velocities * TURN * (-1 / (times * w ** (2 - times)))
+    amplitudes = dict(zip(free, coupling.lines.phasors(fluctuations, label, names), strict=True))
+    return [amplitudes.get(i, ZERO) for i in range(n)]

@@ -21,6 +21,12 @@ from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.equations import CurvePoint, Equations, Problem
 from wucht.system import System
 
+Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""(y, P) (n+q, K) -> g (n, K), dg/d(y, P) (n, n+q, K)."""
+EndValues = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+Ends = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
+"""y(0) (n,), y(1) (n,), P (q,) -> b (k,), its derivatives by y(0) (k, n), y(1) (k, n), P (k, q)."""
+
 
 def at_begin(state: sp.Symbol) -> sp.Symbol:
     """The value of a state at 0, for a condition."""
@@ -68,14 +74,6 @@ class EndConditions:
         """See ``Ends``."""
         b, by = (np.array(each, float) for each in self.formulas(np.concatenate([first, last, parameters])))
         return b, by[:, : self.n], by[:, self.n : 2 * self.n], by[:, 2 * self.n :]
-
-
-Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""(y, P) (n+q, K) -> g (n, K), dg/d(y, P) (n, n+q, K)."""
-
-EndValues = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-Ends = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
-"""y(0) (n,), y(1) (n,), P (q,) -> b (k,), its derivatives by y(0) (k, n), y(1) (k, n), P (k, q)."""
 
 
 @dataclass(frozen=True, eq=False)

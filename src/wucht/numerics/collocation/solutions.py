@@ -22,6 +22,15 @@ from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.numerics.continuation.special_points import located
 
+_INTERVALS, _MOST_REFINEMENTS = 40, 6
+_FINE = 20_001
+_EXACT = 1e-10  # Newton's tolerance, where points are located
+_LEAST = 2.0**-8  # share of a step
+_ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
+FOLD, VALUE = "fold", "value"
+_LOCATING = 1e-9  # accuracy of the mesh on which special solutions are located
+STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
+
 
 @dataclass(frozen=True, eq=False)
 class Collocated:
@@ -49,11 +58,6 @@ class Collocated:
     def at(self, tau: np.ndarray) -> np.ndarray:
         """The states (n, K) at places (K,) of [0, 1]."""
         return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
-
-
-_INTERVALS, _MOST_REFINEMENTS = 40, 6
-_FINE = 20_001
-_EXACT = 1e-10  # Newton's tolerance, where points are located
 
 
 def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
@@ -128,10 +132,6 @@ def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: 
     return fine, found[0], found[1]
 
 
-_LEAST = 2.0**-8  # share of a step
-_ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
-
-
 def solved(
     problem: BoundaryValueProblem, u: np.ndarray, row: np.ndarray, positive: int, most_steps: int, tolerance: float
 ) -> tuple[np.ndarray, int]:
@@ -180,12 +180,6 @@ def solved(
         jacobian, (change, size) = after, correction(after, off)
         share = min(1.0, 2 * share)
     raise RunError(f"after {most_steps} steps of Newton's method {size:.2g} is left", code="too-many-steps")
-
-
-FOLD, VALUE = "fold", "value"
-
-_LOCATING = 1e-9  # accuracy of the mesh on which special solutions are located
-STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
 
 
 @dataclass(frozen=True, eq=False)

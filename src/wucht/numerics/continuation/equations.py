@@ -18,6 +18,7 @@ from wucht.system import TIME, System
 
 Residual = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """u (n+1,) -> F (n,), dF/du (n, n+1)."""
+Values = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +105,6 @@ class Functions:
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See ``Problem``: the unknowns."""
         return u / self.scale, np.zeros(len(u)) if self.turns is None else self.turns / self.scale
-
-
-Values = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,10 @@ from wucht.numerics.continuation.two_parameters import SpecialCurves, SpecialEqu
 
 _TURNED = 1 / math.cos(0.3) ** 2
 _ONE_SIDED_STEP = 1e-7  # of a difference to one side, in units of scale: rounding and truncation are then about as large
+_CENTRAL_STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
+_CORRECTIONS, _ACCURATE = 40, 1e-10
+_MET = 1e-7  # of what changes of the size of scale make of the conditions: so small they are where they are met
+_STEPS = Steps(first=0.01, most=0.1, turn=0.1)
 
 
 class Bordered(NamedTuple):
@@ -213,12 +217,6 @@ def _skew(fold: Fold) -> float:
 
 def _pairs(fold: Fold) -> float:
     return critical_pairs(fold.eigenvalues[1:])[0]
-
-
-_CENTRAL_STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
-_CORRECTIONS, _ACCURATE = 40, 1e-10
-_MET = 1e-7  # of what changes of the size of scale make of the conditions: so small they are where they are met
-_STEPS = Steps(first=0.01, most=0.1, turn=0.1)
 
 
 @dataclass(frozen=True, eq=False)

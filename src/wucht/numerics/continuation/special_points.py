@@ -30,6 +30,12 @@ _AROUND = (0.02, 0.05, 0.1, 0.2)  # of the way: nearer to a branch point roundin
 _ROUNDING = 1e-13  # of the larger value at the neighbours: a function that is smaller is zero
 _ENDS = np.array([0.0, 1.0])
 _APPROACH = 0.05  # of the bend of a parabola over a step: zeros as far off the real line as sqrt(0.05) of the step are near
+_MOST_STEPS = 15
+_TOLERANCE = 1e-12
+_ROUNDED = 1e-8  # corrections that small and no longer smaller are rounding
+_TOUCHING = 1e-8  # in units of scale: branches that pass one another more closely cross
+_FLAT = 1e-9  # of the largest: rates of an equation that are smaller are zero
+_STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 
 
 class _Sample(NamedTuple, Generic[P]):
@@ -201,14 +207,6 @@ def _twos(k: int) -> tuple[np.ndarray, np.ndarray]:
     return np.triu_indices(k, 1)
 
 
-_MOST_STEPS = 15
-_TOLERANCE = 1e-12
-_ROUNDED = 1e-8  # corrections that small and no longer smaller are rounding
-_TOUCHING = 1e-8  # in units of scale: branches that pass one another more closely cross
-_FLAT = 1e-9  # of the largest: rates of an equation that are smaller are zero
-_STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
-
-
 @dataclass(frozen=True, eq=False)
 class BranchPoint:
     """Where two branches cross.
@@ -233,7 +231,7 @@ class BranchPoint:
         weights = 1 / np.where(rates > _FLAT * rates.max(), rates, rates.max() or 1.0)
         left, _, right = np.linalg.svd(jacobian * scale * weights[:, None])
         w, both = left[:, -1] * weights, right[-2:] * scale
-        second = np.array([w @ derivative_along(equations, u, v) @ both.T for v in both])
+        second = np.array([w @ _derivative_along(equations, u, v) @ both.T for v in both])
         a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
         inside = b * b - a * c
         if not inside > 1e-8 * (b * b + abs(a * c)):
@@ -250,7 +248,7 @@ class BranchPoint:
         return cls(u, jacobian, tangents)
 
 
-def derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def _derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """d/ds of dF/du (n, n+m) along a direction (n+m,), by a central difference: right to about ten digits."""
     length = float(np.linalg.norm(direction / equations.scale))
     h = _STEP / length if length else 1.0

@@ -30,6 +30,8 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Program
 
 Check = Callable[[], None]  # raises where the work is to be given up
+R = TypeVar("R")
+Tick = Callable[[float], None]  # is told the share that is done, 0 to 1; raises where the work is to be given up
 
 
 @dataclass(frozen=True)
@@ -131,10 +133,6 @@ class OneByOne:
             else:
                 samples[:, :, lane], reached[:, lane] = run.states[:, 1:].T, end
         return Advanced(samples, reached, after, stops)
-
-
-R = TypeVar("R")
-Tick = Callable[[float], None]  # is told the share that is done, 0 to 1; raises where the work is to be given up
 
 
 @dataclass(frozen=True)

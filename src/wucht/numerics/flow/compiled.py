@@ -25,6 +25,8 @@ DEFAULT_TOLERANCE = 1e-12
 ENGINES = ("heyoka", "scipy", "scipy-radau")
 # heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of its own size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
+_POINTS = 8192  # at once: they stay in the processor's cache
+_REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 
 
 class Integrator(Protocol):
@@ -170,10 +172,6 @@ def _smooth(system: System, segmentations: Segmentations) -> System:
         tuple((s, segmentations.smooth(e)) for s, e in system.definitions),
         angles=system.angles,
     )
-
-
-_POINTS = 8192  # at once: they stay in the processor's cache
-_REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 
 
 @lru_cache(maxsize=256)

@@ -18,6 +18,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 
 _SAMPLES_A_LEG = 1024
 _MOST_HITS = 1_000_000
+TimeCallback = Callable[[float], None]
 
 
 @dataclass
@@ -233,9 +234,6 @@ class Integration:
             failure,
             interrupted,
         )
-
-
-TimeCallback = Callable[[float], None]
 
 
 def integrate(

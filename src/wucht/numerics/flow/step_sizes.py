@@ -23,6 +23,20 @@ from wucht.numerics.flow.program import Program
 # The function stays below the states' size up to abs(u) of 1e6, so that it does not lower their accuracy; at any tolerance that
 # a question may have it is large enough to be felt.
 _WEIGHT = 1 / 32
+_STIFF = 20.0  # times as fast as the motion: what decays so fast keeps the steps short, though nothing of it is left
+_DIFFERENCE = 1e-6  # of a state, or of 1
+STIFF = (
+    "The machine is stiff (something in it decays {times:.2g} times as fast as anything moves): try engine = 'scipy-radau', or "
+    "look for a parameter that is off by a factor of thousands"
+)
+LONG = (
+    "The machine is not stiff, the time between samples is long (a step is {radians:.2g} rad of the fastest motion): ask for "
+    "more samples, or for a shorter run"
+)
+UNKNOWN = (
+    "If a turn or a vibration takes much longer than such a step, the machine is stiff: try engine = 'scipy-radau', or look "
+    "for a parameter that is off by a factor of thousands; else the run is long: ask for a shorter one"
+)
 
 
 def arguments(program: Program) -> tuple[sp.Expr, ...]:
@@ -43,22 +57,6 @@ def sentinels(program: Program, variables: Sequence[Any], translate: Callable[[s
 
 def unheard(*_: Any) -> None:
     """What happens at the zeros of a function that has none."""
-
-
-_STIFF = 20.0  # times as fast as the motion: what decays so fast keeps the steps short, though nothing of it is left
-_DIFFERENCE = 1e-6  # of a state, or of 1
-STIFF = (
-    "The machine is stiff (something in it decays {times:.2g} times as fast as anything moves): try engine = 'scipy-radau', or "
-    "look for a parameter that is off by a factor of thousands"
-)
-LONG = (
-    "The machine is not stiff, the time between samples is long (a step is {radians:.2g} rad of the fastest motion): ask for "
-    "more samples, or for a shorter run"
-)
-UNKNOWN = (
-    "If a turn or a vibration takes much longer than such a step, the machine is stiff: try engine = 'scipy-radau', or look "
-    "for a parameter that is off by a factor of thousands; else the run is long: ask for a shorter one"
-)
 
 
 def advice(rates: Callable[[np.ndarray], Sequence[float]], state: np.ndarray, angles: Sequence[int], step: float) -> str:

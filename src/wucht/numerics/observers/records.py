@@ -17,6 +17,10 @@ from wucht.numerics.peaks import between_samples
 
 KEPT = 4096  # blocks of each length
 LAST, LOW, HIGH, MEAN = range(4)  # what of two neighbouring blocks is that of both
+_PER_SPAN = 12  # samples are enough: more are left out
+_KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
+_EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
+_ROUNDING = 1e-9  # of a turn
 
 
 @dataclass(frozen=True)
@@ -67,11 +71,6 @@ def _paired(blocks: np.ndarray, kinds: Sequence[int]) -> np.ndarray:
 
 def _mean(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.asarray((first + second) / 2)
-
-
-_PER_SPAN = 12  # samples are enough: more are left out
-_KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
-_EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
 
 
 @dataclass(frozen=True)
@@ -136,9 +135,6 @@ def _sparse(s: Samples, every: float) -> Samples:
     number = np.floor(s.time / every)
     first = np.append(0, np.flatnonzero(number[1:] != number[:-1]) + 1)
     return s if len(first) >= len(number) else s.part(first)
-
-
-_ROUNDING = 1e-9  # of a turn
 
 
 @dataclass(frozen=True)

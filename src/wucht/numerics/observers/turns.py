@@ -13,6 +13,9 @@ from wucht.numerics.peaks import between_samples
 
 _MOST_STEPS = 60  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
 _DIGITS = 1e-14
+PER_TURN = 8  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
+_STEP = 2 * math.pi / PER_TURN
+_ROUNDING = 1e-9  # of a step: a sample so near before a mark is at it
 
 
 def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
@@ -41,11 +44,6 @@ def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.nd
             step = s - off / (first + s * (2 * square + 3 * s * cubic))
         s = np.where(found, s, np.where((step >= low) & (step <= high), step, (low + high) / 2))
     return np.asarray(s)
-
-
-PER_TURN = 8  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
-_STEP = 2 * math.pi / PER_TURN
-_ROUNDING = 1e-9  # of a step: a sample so near before a mark is at it
 
 
 @dataclass(frozen=True)

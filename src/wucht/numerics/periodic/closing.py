@@ -28,6 +28,11 @@ from wucht.system import TIME, System
 _SINGULAR = 1e-9  # share of the largest singular value below which a direction leads along a family
 _LARGE = 10.0  # the largest one of which that is a share: what grows by more in a period is no measure
 _CONDITION = 1e3  # of products of maps: places are where it would become larger
+_DEGREE = 6
+_ACCURACY = 1e-7  # within intervals; that at mesh points is about its square
+_MESH_ERROR = 1e-8  # of what changes become at mesh points, at most
+_TOLERANCE = 1e-9  # of Newton's last correction
+_MOST_MESHES = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,13 +126,6 @@ def places(maps: np.ndarray, by_period: np.ndarray) -> tuple[Places, np.ndarray]
             merged.append(maps[k])
             late.append(by_period[k])
     return Places(np.array(merged), np.array(late)), np.array(firsts)
-
-
-_DEGREE = 6
-_ACCURACY = 1e-7  # within intervals; that at mesh points is about its square
-_MESH_ERROR = 1e-8  # of what changes become at mesh points, at most
-_TOLERANCE = 1e-9  # of Newton's last correction
-_MOST_MESHES = 6
 
 
 @dataclass(frozen=True, eq=False)

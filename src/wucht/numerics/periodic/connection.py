@@ -15,6 +15,15 @@ NEUTRAL_SADDLE, SADDLE_FOCUS, THREE_LEADING = "neutral-saddle", "saddle-focus", 
 
 _MOST_ADDED = 100  # intervals of a mesh
 _NEAR = 1e-7  # of the orbit's size: how near to a saddle an orbit comes that is followed longer
+SADDLE_NODE = "the saddle becomes a saddle-node"
+LEFT_TWICE = "the saddle comes to be left in a second direction, too"
+HOPF = "the saddle is no longer reached: it has a Hopf point"
+BOGDANOV_TAKENS = "it shrinks to its saddle: a Bogdanov-Takens point"
+STANDS = "it stays ever longer near something else on its way, while the parameters no longer change"
+LONG = 20  # points one after another at which the parameters stand: then they do for good
+_STILL = 1e-4  # share of the parameters in a step, at most, where they stand
+_VANISHED = 0.02  # of the largest that they were: where both leading eigenvalues are smaller, both vanish
+_ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller says nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,19 +146,6 @@ def _edges(span: float, rate: float) -> np.ndarray:
 def _slowest(connection: Connection) -> np.ndarray:
     """By what rates (2,) an orbit changes at its begin and its end."""
     return np.asarray(np.abs([connection.eigenvalues[0, 0], connection.eigenvalues[-1, 1]]))
-
-
-SADDLE_NODE = "the saddle becomes a saddle-node"
-LEFT_TWICE = "the saddle comes to be left in a second direction, too"
-HOPF = "the saddle is no longer reached: it has a Hopf point"
-BOGDANOV_TAKENS = "it shrinks to its saddle: a Bogdanov-Takens point"
-STANDS = "it stays ever longer near something else on its way, while the parameters no longer change"
-
-LONG = 20  # points one after another at which the parameters stand: then they do for good
-
-_STILL = 1e-4  # share of the parameters in a step, at most, where they stand
-_VANISHED = 0.02  # of the largest that they were: where both leading eigenvalues are smaller, both vanish
-_ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller says nothing
 
 
 def leading(connection: Connection) -> float:

@@ -38,6 +38,15 @@ from wucht.numerics.periodic.connection import (
 )
 from wucht.system import System
 
+_STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
+_DEGREE = 6
+_HELD = sp.Symbol("_held", real=True)
+_STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
+_FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is followed longer
+_MOST_LONGER, _LONGER = 8, 4.0  # how often at a first point, and by what factor at once
+_MANY = 120  # intervals of a mesh, by which orbits are not followed longer: next to a Hopf point they never are near its end
+_LOCATING = 1e-9  # accuracy of the mesh on which special points are located
+
 
 @dataclass(frozen=True, eq=False)
 class Directions:
@@ -75,16 +84,6 @@ def _leaving(matrix: np.ndarray) -> np.ndarray:
     if values[k].imag != 0:
         raise RunError("the equilibrium is left in more than one direction")
     return np.asarray(vectors[:, k].real)
-
-
-_STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
-_DEGREE = 6
-_HELD = sp.Symbol("_held", real=True)
-_STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
-_FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is followed longer
-_MOST_LONGER, _LONGER = 8, 4.0  # how often at a first point, and by what factor at once
-_MANY = 120  # intervals of a mesh, by which orbits are not followed longer: next to a Hopf point they never are near its end
-_LOCATING = 1e-9  # accuracy of the mesh on which special points are located
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,22 @@ from wucht.numerics.subdivision import Zeros, all_zeros
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import System
 
+SADDLE, CENTRE, DEGENERATE = "saddle", "centre", "degenerate"
+STABLE = ("stable node", "stable focus")
+UNSTABLE = ("unstable node", "unstable focus")
+_SMALLEST = 1e-7  # of a side of the window: smaller boxes are around a fixed point at a bifurcation
+_FEW_BOXES, _MOST_BOXES = 12_000, 400_000
+_OPEN = 0.05  # of the window: where so much is open after the few boxes, the bounds exclude next to nothing
+_MOST_STARTS = 2000  # of Newton's method, in boxes that stay undecided
+_SIDE = 24  # Newton's method starts from the points of a grid of so many a side, where boxes stay undecided
+_STEPS, _SAME = 60, 1e-7  # of it; and, of the window, how far apart two of its ends are that are one
+_NOTHING = 1e-13  # of the window: a state that is smaller is zero
+_ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller is none
+_SIZES = (1.0, 10.0, 100.0, 1e3)  # half sides of the boxes that are searched one after the other
+_MANY = 20  # fixed points: where a larger box has more, as of periodic functions, the smaller one is shown
+_AROUND = 0.6  # of their extent: how much is shown around the fixed points, and at least
+_LEAST = 1.5  # times the distance of the farthest one from zero; 1.5 where all are at zero
+
 
 def may_jump(system: System, values: Numbers, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether each of the n rates may jump in each of N boxes (n, N). values: of the parameters. low, high: (n, N).
@@ -50,20 +66,6 @@ def _jumping(system: System) -> tuple[tuple[int, PiecewiseCubic], ...]:
 
 def _pieces(e: sp.Expr) -> set[PiecewiseCubic]:
     return set(sp.sympify(e).atoms(PiecewiseCubic))
-
-
-SADDLE, CENTRE, DEGENERATE = "saddle", "centre", "degenerate"
-STABLE = ("stable node", "stable focus")
-UNSTABLE = ("unstable node", "unstable focus")
-
-_SMALLEST = 1e-7  # of a side of the window: smaller boxes are around a fixed point at a bifurcation
-_FEW_BOXES, _MOST_BOXES = 12_000, 400_000
-_OPEN = 0.05  # of the window: where so much is open after the few boxes, the bounds exclude next to nothing
-_MOST_STARTS = 2000  # of Newton's method, in boxes that stay undecided
-_SIDE = 24  # Newton's method starts from the points of a grid of so many a side, where boxes stay undecided
-_STEPS, _SAME = 60, 1e-7  # of it; and, of the window, how far apart two of its ends are that are one
-_NOTHING = 1e-13  # of the window: a state that is smaller is zero
-_ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,12 +189,6 @@ def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: 
         distinct = np.concatenate([distinct, left[:, :1]], axis=1)
         left = left[:, np.hypot(*plane.apart(left, left[:, :1])) > _SAME]
     return distinct
-
-
-_SIZES = (1.0, 10.0, 100.0, 1e3)  # half sides of the boxes that are searched one after the other
-_MANY = 20  # fixed points: where a larger box has more, as of periodic functions, the smaller one is shown
-_AROUND = 0.6  # of their extent: how much is shown around the fixed points, and at least
-_LEAST = 1.5  # times the distance of the farthest one from zero; 1.5 where all are at zero
 
 
 def window_around(

@@ -11,8 +11,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import legend_above, legend_below, named_in, new_grid
+from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
 

@@ -1,4 +1,9 @@
-"""The order of the averaged equations' error, measured on the machine itself: epsilon is made smaller, the rest stays."""
+"""The order of the averaged equations' error, measured on the machine itself: epsilon is made smaller, the rest stays.
+
+With the coupling of rotation and vibration times sqrt(kappa), and the torques that depend on a body's own speed times kappa,
+the bodies' equations become J theta'' + B theta' = kappa (L + V): epsilon and mu of 002 (4.8) are multiplied by kappa, and all
+other dimensionless numbers stay.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +14,8 @@ from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
+import sympy as sp
 
-from wucht.analysis.strength import values_at, weakened
 from wucht.dynamics.run_ups.deviations import watched
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up_models import SlowModel, slow_model
@@ -18,19 +23,57 @@ from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped, operating_speed
+from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.schema import Parameter
 from wucht.studies.approximation.spec import Approximation
 
+STRENGTH = "kappa"
 FACTORS = (1.0, 0.5, 0.25, 0.125)
 _SAMPLES = 2000
 _TOLERANCE = 1e-13
 _LONGEST = 20_000.0  # rad: the run at the smallest factor; all others are shorter in proportion
 _DOUBLINGS = 8  # of the time, until the angle is reached: the rotor may start from rest, or stay below its drive's speed
-
-
 Flows = tuple[CompiledSystem, CompiledSystem]  # of the slow and of the full equations
+
+
+def weakened(machine: Machine, kappa: float) -> Machine:
+    """The machine with epsilon times ``kappa``, which is a parameter of it: the structure is derived once for all values."""
+    given = Parameter(STRENGTH, kappa, "", STRENGTH, "factor of epsilon")
+    own = machine.without_contacts  # which stay as hard as they are
+    energies = (*(_weakened(machine, e, sp.Symbol(given.path, real=True)) for e in own), *machine.energies[len(own) :])
+    return machine.changed(energies=energies, parameters={**machine.parameters, STRENGTH: given}, mismatch=None)
+
+
+def values_at(machine: Machine, kappa: float) -> dict[str, float]:
+    """The values of ``weakened(machine, 1.0)`` for another ``kappa``.
+
+    A prescribed motion turns a body by the coupling alone, once: its amplitude is multiplied by sqrt(kappa) too.
+    """
+    amplitudes = machine.shaking[:1] if machine.shaking is not None else ()
+    return {STRENGTH: kappa} | {a.name: math.sqrt(kappa) * machine.numbers[a] for a in amplitudes}
+
+
+def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
+    every, angles = [b.coordinate.velocity for b in machine.bodies], {b.coordinate.position for b in machine.bodies}
+    carried = [c.velocity for c in machine.carrier if e.kinetic.has(c.velocity)]
+    turning = [v for v in every if e.kinetic.has(v)]
+    kinetic, potential = e.kinetic, e.potential
+    if carried and turning:
+        alone = [kinetic.xreplace(dict.fromkeys(still, sp.S.Zero)) for still in (carried, turning)]
+        kinetic = sp.Add(*alone, sp.sqrt(kappa) * sp.Add(*(v * w * sp.diff(kinetic, v, w) for v in carried for w in turning)))
+    if potential.free_symbols & angles:
+        terms = sp.Add.make_args(sp.expand(potential))
+        potential = sp.Add(*(kappa * t if t.free_symbols & angles else t for t in terms))
+
+    def weak(expression: sp.Expr) -> sp.Expr:
+        """Times kappa what one body alone feels; dampers between two bodies, and those of the carrier, stay."""
+        return expression * kappa if sum(expression.has(v) for v in every) == 1 else expression
+
+    applied = (replace(a, force=a.force * kappa if a.booked == "supplied" else weak(a.force)) for a in e.applied)
+    return Energies(kinetic, potential, weak(e.dissipation), tuple(applied))
 
 
 class UnmeasuredError(WuchtError):

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import draw_region, field
 from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import colour_bar, legend_beside, new_grid
+from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import GREY
 from wucht.results.formatting import named, percent, printed_unit, with_unit
 

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import FieldError, InputError
 from wucht.studies import spec as common
-from wucht.studies.ensemble_keys import EnsembleSpec, paths_of
+from wucht.studies.shared_keys import EnsembleSpec, paths_of
 
 MOST_CELLS = 2048 * 2048  # of the finest map: its four numbers a cell fill 100 MB
 _FEWEST, _MOST_HALVINGS = 2, 10

@@ -14,9 +14,8 @@ from wucht.cams.undercut import RadiusAt
 from wucht.numerics.angles import Arc
 from wucht.results.formatting import in_lines
 from wucht.results.quantities import Quantity, answer, group
-from wucht.studies.cam_contour.computation import Curves, Findings, Plan
+from wucht.studies.cam_contour.computation import Curves, Findings, Plan, judged
 from wucht.studies.cam_contour.contact_load import Pressed
-from wucht.studies.cam_contour.judgement import judged
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,11 +11,11 @@ import numpy as np
 
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import CamDrive, drive_from, laws
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.workshop.cam_files import WorkshopFile, write_cam_files, write_law_files
 from wucht.cams.workshop.lists import Separator
-from wucht.cams.workshop.plc_files import Form
+from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics

@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.correction import MotionOverTime, Residual, left_by_order, orders, residuals
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.milled import MilledCam
 from wucht.cams.shape import CALLED, Shape, beyond_common, shapes
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances

@@ -13,7 +13,7 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
 from wucht.cams.drive import CamDrive
 from wucht.cams.elastic_output import Dwell, ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import Driving

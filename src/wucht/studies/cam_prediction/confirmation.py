@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import DOP853
 
-from wucht.cams.laws.law import Law
+from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics, even_angles

@@ -10,9 +10,8 @@ import numpy as np
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above
 from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, VibrationOverSpeed, excited, truncated
 from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, Load, OriginalCam
-from wucht.cams.laws.law import Law
-from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.standard_laws import standard_law
+from wucht.cams.laws import Law
+from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.errors import InputError, RunError

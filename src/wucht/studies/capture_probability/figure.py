@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import draw_classes
 from wucht.plots.sheet import legend_above, legend_beside, new_grid
+from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import named, with_unit
 

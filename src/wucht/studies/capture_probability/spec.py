@@ -12,7 +12,7 @@ from wucht.errors import InputError, nearest
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import check_form
 from wucht.studies.capture_probability.sensitivity import REPLICATES
-from wucht.studies.ensemble_keys import EnsembleSpec
+from wucht.studies.shared_keys import EnsembleSpec
 
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
 

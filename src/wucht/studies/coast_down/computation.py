@@ -11,17 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from wucht.analysis.forced import Forced
-from wucht.analysis.shaft import energy_scale
-from wucht.analysis.static import axis_at_rest
+from wucht.analysis.vibration import Forced
+from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.run_ups.descent_record import REVERSAL, Descent, Record, reduced
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, placed, speeds_in
 from wucht.dynamics.run_ups.steady_phases import BodyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies, sense_of
-from wucht.machines.release_events import release_events
+from wucht.machines.operation import axis_at_rest, free_speed, natural_frequencies, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event

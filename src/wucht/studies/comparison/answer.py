@@ -11,8 +11,7 @@ import numpy as np
 
 from wucht.results.formatting import label, printed_unit, value_in_words, wrapped
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.comparison.compared import Compared
-from wucht.studies.comparison.computation import Case, Findings, Plan
+from wucht.studies.comparison.computation import Case, Compared, Findings, Plan
 from wucht.studies.comparison.variants import VariedKey
 
 if TYPE_CHECKING:

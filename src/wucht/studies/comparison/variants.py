@@ -16,7 +16,7 @@ from wucht.files.catalogue import ABOUT
 from wucht.files.documents import Document, flatten
 from wucht.machines.machine import Machine
 from wucht.results.formatting import unit_in_print, value_in_words
-from wucht.results.loading import load, result_file
+from wucht.results.output_folder import load, result_file
 from wucht.results.store import RESULT
 from wucht.schema import Parameter, Unit, refuse_unknown, unit_of
 from wucht.studies.comparison.spec import Comparison

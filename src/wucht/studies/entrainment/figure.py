@@ -11,10 +11,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import draw_classes
 from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
-from wucht.plots.stability_lines import meeting
+from wucht.plots.stability_lines import draw_classes, meeting
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.answer import band_in_words

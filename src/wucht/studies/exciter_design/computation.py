@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,12 +19,103 @@ from wucht.dynamics.sampling.searches import balancing, generations, needed, var
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.cumulative_spectra import shifted
+from wucht.fatigue.cumulative_spectra import EXPONENTS, shifted, standard_spectrum, tabulated_spectrum
+from wucht.files.documents import Document, contents_of
+from wucht.files.tables import read_table
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
-from wucht.studies.exciter_design.exciter_subject import MachineInFolder
-from wucht.studies.exciter_design.spec import ExciterDesign
-from wucht.studies.exciter_design.wanted_spectrum import wanted
+from wucht.schema import Unit, read_quantity, table
+from wucht.studies.exciter_design.spec import ExciterDesign, Target
+from wucht.studies.spec import Quantity
+from wucht.studies.subjects import MACHINE, Description
+
+_AT = "study.target"
+_CYCLES = Unit("cycles", "number of cycles")  # without that unit a cycle would be 2 pi
+
+
+def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
+    """The spectrum. unit: of its amplitudes. folder: in which a file lies. Raises ``InputError``."""
+    amplitude = Unit(unit, "amplitude")
+    if target.file is not None:
+        if folder is None:
+            raise InputError(
+                f"{_AT}.file",
+                target.file,
+                "allowed only where the study file itself names it; else give the table",
+                code="not-allowed",
+            )
+        try:
+            rows = read_table(folder / target.file, (amplitude, _CYCLES))
+        except InputError as error:
+            raise InputError(f"{_AT}.file", target.file, error.allowed) from None
+        return _of_rows(rows, f"{_AT}.file", target.file, bool(target.stepped))
+    if target.table is not None:
+        return _of_rows(_read(target.table, amplitude), f"{_AT}.table", None, bool(target.stepped))
+    if target.largest is None or target.cycles is None:
+        raise InputError(_AT, None, "needed are largest and cycles")
+    largest = read_quantity(amplitude, target.largest, f"{_AT}.largest")
+    if not largest > 0:
+        raise InputError(f"{_AT}.largest", target.largest, "must be an amplitude greater than 0")
+    exponent = EXPONENTS[target.shape] if target.shape is not None else target.exponent
+    if exponent is None:
+        raise InputError(_AT, None, "needed is a shape or an exponent")
+    return standard_spectrum(largest, target.cycles, exponent, target.ratio or 0.0)
+
+
+def _read(table: Sequence[tuple[Quantity, Quantity]], amplitude: Unit) -> list[list[float]]:
+    """The rows of a table, by ascending amplitude."""
+    units = (amplitude, _CYCLES)
+    rows = [
+        [read_quantity(units[k], given, f"{_AT}.table[{i}][{k}]") for k, given in enumerate(row)] for i, row in enumerate(table)
+    ]
+    return sorted(rows)
+
+
+def _of_rows(rows: Sequence[Sequence[float]], where: str, given: object, stepped: bool) -> Cycles:
+    """Raises ``InputError`` for a table that is no cumulative spectrum."""
+    if len(rows) < 1 or (len(rows) < 2 and not stepped):
+        raise InputError(where, given, "must have two rows at least, of amplitude and cumulative cycles")
+    amplitudes, cumulative = np.array(rows, float).T
+    if not (amplitudes >= 0).all() or not (np.diff(amplitudes) > 0).all() or not amplitudes[-1] > 0:
+        raise InputError(where, given, "must have different amplitudes, none below 0")
+    if not (cumulative > 0).all() or (np.diff(cumulative) > 0).any():
+        raise InputError(where, given, "must have cycles greater than 0 that do not increase with the amplitude: each row "
+                         "says how many have at least its amplitude")  # fmt: skip
+    if not cumulative[0] > 1:
+        raise InputError(where, given, "must have more than one cycle")
+    return tabulated_spectrum(amplitudes, cumulative, stepped)
+
+
+@dataclass(frozen=True)
+class MachineInFolder:
+    """A machine that was read from a study file in a folder."""
+
+    machine: Machine
+    folder: Path
+
+    def contents(self, name: str) -> str:
+        """Of a file beside the study file, so that a changed one is another question."""
+        return contents_of(self.folder / name)
+
+
+class OfMachineInFolder:
+    """The machine of the table ``[machine]``; with where it was read from, if the target lies in a file beside it."""
+
+    def read(
+        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
+    ) -> tuple[Machine | MachineInFolder, Document]:
+        """See ``Subject``."""
+        machine, described = MACHINE.read(document, path, name, settings)
+        target = table(document, "study", "study").get("target") if "study" in document else None
+        named = isinstance(target, Mapping) and "file" in target
+        return MachineInFolder(machine, path.parent) if named else machine, described
+
+    def describe(self, subject: Any) -> Description:
+        """See ``Subject``."""
+        return MACHINE.describe(subject.machine if isinstance(subject, MachineInFolder) else subject)
+
+
+MACHINE_IN_FOLDER = OfMachineInFolder()
 
 
 @dataclass(frozen=True)

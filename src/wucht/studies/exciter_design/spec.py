@@ -10,8 +10,8 @@ from pydantic import BeforeValidator, Field
 from wucht.errors import InputError
 from wucht.schema import Described, checked, is_pairs, si
 from wucht.studies import spec as common
+from wucht.studies.shared_keys import Vary
 from wucht.studies.spec import Quantity
-from wucht.studies.vary_keys import Vary
 
 Shape = Literal["constant", "normal", "straight-line"]
 _FORMS = ("shape", "exponent", "table", "file")
@@ -85,7 +85,7 @@ class ExciterDesign(common.Spec):
     kind: ClassVar[str] = "exciter-design"
     solves: ClassVar[str] = f"{common.AVERAGED} for the search, {common.FULL} for the best"
     from_start: ClassVar[bool] = True
-    subject: ClassVar[str] = "wucht.studies.exciter_design.exciter_subject:MACHINE_IN_FOLDER"
+    subject: ClassVar[str] = "wucht.studies.exciter_design.computation:MACHINE_IN_FOLDER"
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
 

@@ -10,19 +10,33 @@ import numpy as np
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, Readings
 from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Answer, Quantity
-from wucht.studies.failure_detection.prepare import Plan, Varied
-from wucht.studies.failure_detection.report_words import counted_from, duration, within
-from wucht.studies.failure_detection.run import Findings, Place
+from wucht.studies.failure_detection.computation import Findings, Place, Plan, Varied
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
+_HOUR = 3600.0  # s
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 _APART = 0.05  # of the speed: averaged equations that differ more are reported
 _SIGNAL = "change of speed over standard deviation of the readings"
 _SURE = (0.5, 0.95)
 _CHANCE = 0.5  # of the time between false alarms: an alarm that comes later in the mean is as good as one of them
+
+
+def duration(time: float, unit: str) -> str:
+    """A time in its unit, from an hour on in hours too: ``5770 s (1.6 h)``."""
+    hours = f" ({time / _HOUR:.3g} h)" if unit == "s" and abs(time) >= _HOUR else ""
+    return f"{float(f'{time:.4g}'):g} {unit}".rstrip() + hours  # 17260, not 1.726e+04
+
+
+def within(readings: int, time: float, unit: str) -> str:
+    """As far as something is known: ``within 5,080 readings, 2540 s``."""
+    return f"within {readings:,} readings, {duration(time, unit)}"
+
+
+def counted_from(failure_time: float | None) -> str:
+    """From when a delay counts."""
+    return "the failure" if failure_time is not None else "the chart begins"
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:

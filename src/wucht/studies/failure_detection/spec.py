@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import Described, checked, si
-from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
+from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
 STIFFNESS = "carrier.stiffness"

@@ -11,8 +11,7 @@ from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, distance
 from wucht.results.formatting import in_lines
 from wucht.results.quantities import Quantity, answer
-from wucht.studies.load_spectrum.computation import Plan, check_width
-from wucht.studies.load_spectrum.counted_load import MOST_ROWS, CountedLoad, counted
+from wucht.studies.load_spectrum.computation import MOST_ROWS, CountedLoad, Plan, check_width, counted
 
 if TYPE_CHECKING:
     import xarray as xr

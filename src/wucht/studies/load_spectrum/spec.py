@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 from wucht.errors import InputError
 from wucht.fatigue.counting import Residue
 from wucht.schema import Described, checked, si
-from wucht.studies.load_keys import MachineSignalName, Woehler, woehler_at
+from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.single_run import SingleRun
 from wucht.studies.spec import Quantity
 

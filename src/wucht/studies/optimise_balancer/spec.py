@@ -9,8 +9,7 @@ from pydantic import BeforeValidator, Field
 from wucht.errors import InputError, nearest
 from wucht.schema import si
 from wucht.studies import spec as common
-from wucht.studies.ensemble_keys import EnsembleSpec
-from wucht.studies.vary_keys import Vary
+from wucht.studies.shared_keys import EnsembleSpec, Vary
 
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)

@@ -11,9 +11,9 @@ from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, 
 from wucht.numerics.periodic.branch_ends import CLOSED, BranchEnd
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, answer, table
-from wucht.studies.branch_keys import with_values
 from wucht.studies.orbit_branch.computation import Plan
 from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
+from wucht.studies.shared_keys import with_values
 
 if TYPE_CHECKING:
     import xarray as xr

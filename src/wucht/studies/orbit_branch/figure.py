@@ -9,10 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import Symbol, draw_kinds, entries_of_kinds, entry
 from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_below, new_grid, rpm_axis
-from wucht.plots.stability_lines import stretches
+from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, stretches
 from wucht.plots.style import COLOURS, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
 

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.errors import InputError
 from wucht.schema import si
-from wucht.studies.branch_keys import Ranges
+from wucht.studies.shared_keys import Ranges
 from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
 
 

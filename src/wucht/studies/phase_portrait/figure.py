@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import entry
 from wucht.plots.scales import of_pi
 from wucht.plots.sheet import legend_below, new_grid
+from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
 from wucht.results.formatting import with_unit
 

@@ -9,23 +9,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.analysis.forced import Forced
 from wucht.analysis.throw import NUMBERS
+from wucht.analysis.vibration import Forced
 from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.formatting import ReportLines, formats
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.response.computation import (
+    Curve,
     Findings,
+    Maxima,
+    Maximum,
     Plan,
     centre_distance,
     eccentricity_of,
+    found_maxima,
     lag_of,
     losses_of,
     self_centring_speed,
 )
-from wucht.studies.response.maxima import Curve, Maxima, Maximum, found_maxima
 
 if TYPE_CHECKING:
     import xarray as xr

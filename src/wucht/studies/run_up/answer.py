@@ -1,4 +1,4 @@
-"""Findings -> the quantities of a run-up and its verdict, and its lines in a report."""
+"""Findings -> the quantities of a run-up, of its end and its verdict, and its lines in a report."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.dimensionless import numbers
+from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.observation import motion_of
 from wucht.dynamics.verdicts.outcomes import Outcome
@@ -22,15 +23,46 @@ from wucht.results.quantities import Answer, Quantity, variables_of
 from wucht.studies.motion_variables import envelopes, variables
 from wucht.studies.run_up.combined_runs import gathered, joined
 from wucht.studies.run_up.computation import Findings, Plan
-from wucht.studies.run_up.vibration_at_the_end import vibration_at_the_end
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
+_FEWEST = 8  # samples
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
 _FEWEST_A_TURN = 8
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
+
+
+def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float | None) -> list[Quantity]:
+    """Quantities of the samples inside (N,) of the carrier's centre of mass; none where it has no units, or only turns."""
+    ways = [d for d in "xy" if d in machine.labels]
+    if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
+        return []
+    shown = result.isel(time=inside)
+    place, velocity = (_plane(shown[name], "direction") for name in ("displacement", "velocity"))
+    throw = Throw.sampled(shown.time.values, place, velocity, deck)
+    force = largest_of(_plane(shown.bearing_force, "direction"))
+    quantities = [
+        Quantity("bearing_force", force, "largest force of all bodies together on the carrier", "N"),
+        *(Quantity(n, x, *NUMBERS[n], headline=n == "machine_number") for n, x in throw.numbers.items()),
+    ]
+    if "rotor_bearing_force" in shown:
+        each = {str(name): shown.rotor_bearing_force.sel(rotor=name) for name in shown.rotor.values}
+        forces = {name: largest_of(_plane(force, "plane")) for name, force in each.items()}
+        quantities.append(Quantity("bearing_forces", forces, "largest force of each rotor on the carrier", "N"))
+    if deck is not None:
+        quantities += [
+            Quantity("deck", deck, "inclination of the deck", "rad"),
+            Quantity("throw_number", throw.throw_number(deck), "largest acceleration normal to the deck over that of gravity"),
+        ]
+    return quantities
+
+
+def _plane(of: xr.DataArray, ways: str) -> np.ndarray:
+    """Its components in x and y (2, N), zero where the carrier cannot move. ways: the dimension of its directions."""
+    there = [str(d) for d in of[ways].values]
+    zero = np.zeros(of.sizes["time"])
+    return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -48,7 +80,7 @@ def _of_motion(motion: Motion, deck: float | None) -> Answer:
     result = variables_of(quantities)
     residual = float(result.energy_residual.max())
     summary = _summary(machine, result, verdict, observed)
-    summary += vibration_at_the_end(machine, result, _window(result, verdict), deck) if motion.model.name == "full" else []
+    summary += _vibration_at_the_end(machine, result, _window(result, verdict), deck) if motion.model.name == "full" else []
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}

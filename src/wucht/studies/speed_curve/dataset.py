@@ -14,7 +14,7 @@ from wucht.dynamics.branches.family_curve import LOOKED_AT
 from wucht.dynamics.branches.steady_states import SteadyStates
 from wucht.dynamics.branches.steady_states import in_words as speeds_in_words
 from wucht.results.quantities import Quantity, answer, table
-from wucht.studies.branch_keys import VALUES, with_values
+from wucht.studies.shared_keys import VALUES, with_values
 from wucht.studies.speed_curve.computation import Plan
 from wucht.studies.speed_curve.curve_variables import (
     Special,

@@ -11,10 +11,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import Symbol, draw_kinds, entries_of_kinds, entry
 from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
-from wucht.plots.stability_lines import smooth_curve, stretches
+from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, smooth_curve, stretches
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
 from wucht.results.formatting import label, named, printed_unit, with_unit
 

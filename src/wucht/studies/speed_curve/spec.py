@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.errors import InputError
-from wucht.studies.branch_keys import Names, Ranges
+from wucht.studies.shared_keys import Names, Ranges
 from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Values, Whole
 
 _FEWEST, _MOST = 1, 200

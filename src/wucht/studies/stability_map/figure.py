@@ -10,10 +10,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wucht.plots.marks import draw_region, field
 from wucht.plots.page import small
 from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 
 _TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of falling lightness where it matters: white, 0.87, 0.70

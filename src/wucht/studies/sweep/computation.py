@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.shaft import energy_scale
+from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.dynamics.sweeps.jumps import Jump, candidates, find_jump
@@ -17,9 +17,9 @@ from wucht.dynamics.sweeps.moving import IntegrationError, Leg, MovedMachine, Mo
 from wucht.dynamics.sweeps.pace import pace_of, rate_unit
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
+from wucht.machines.changes import release_events
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.machines.release_events import release_events
 from wucht.numerics.flow.compiled import compile_system
 from wucht.schema import Parameter, Unit, read_quantity
 from wucht.studies.sweep.spec import SENSE, Sweep

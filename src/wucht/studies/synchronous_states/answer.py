@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import REGIONS, Regions
-from wucht.analysis.configurations.configuration import STABLE, STABLE_SLOW, UNDECIDED, Configuration
-from wucht.analysis.configurations.state_names import NAMES
+from wucht.analysis.configurations.configuration import NAMES, STABLE, STABLE_SLOW, UNDECIDED, Configuration
 from wucht.analysis.throw import NUMBERS
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine

@@ -11,17 +11,25 @@ import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Regions, Stability, regions
-from wucht.analysis.configurations.closed_form import State, pattern_count
+from wucht.analysis.configurations.closed_form import State, members, pattern_count
 from wucht.analysis.configurations.configuration import Configuration, Describer
-from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import Search, all_states, in_closed_form
-from wucht.analysis.configurations.steady_machine import LOWEST, MOST_BODIES, UNKNOWN, driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
+from wucht.machines.operation import (
+    LOWEST,
+    MOST_BODIES,
+    UNKNOWN,
+    driven_speeds,
+    free_speed,
+    natural_frequencies,
+    net_torque,
+    sense_of,
+    turning,
+)
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 _MOST_PATTERNS = 64  # ways to be in line, of a map

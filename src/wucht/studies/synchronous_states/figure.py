@@ -12,10 +12,10 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Stroke
 
-from wucht.plots.marks import draw_region, entry, field
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, legend_over, new_grid
+from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import COLOURS, GREY
 from wucht.studies.synchronous_states.answer import chosen
 

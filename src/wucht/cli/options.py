@@ -1,17 +1,29 @@
-"""``--set KEY=VALUE``: from the command line to settings by path."""
+"""Options that several commands have: ``--set``, ``--import``, and those of figures."""
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import json
 import re
+import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
+from enum import StrEnum
 from itertools import accumulate
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from wucht.errors import InputError
+from wucht.file_names import safe_name
 from wucht.files.documents import DEEPEST
+from wucht.plots.page import JOURNAL, PAGES, PRINT
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _OUTSIDE = re.compile(r"[^,\[\]{}]+|[,\[\]{}]")  # stretches without a comma or bracket, and those one by one
 
@@ -93,3 +105,93 @@ def _loaded(option: str, text: str, load: Callable[[], Any]) -> Any:
         raise
     except ValueError:
         raise InputError(option, text, "a number of thousands of digits cannot be read") from None
+
+
+def _imported(modules: list[str] | None) -> list[str]:
+    """Import each module: a name, or the path of a file or of a package's folder. Raises ``InputError``."""
+    for given in modules or []:
+        try:
+            _import(given)
+        except InputError:
+            raise
+        except Exception as error:  # whatever the user's own code raises
+            raise InputError("--import", given, f"it cannot be imported: {type(error).__name__}: {error}") from None
+    return modules or []
+
+
+def _import(given: str) -> None:
+    path = Path(given)
+    if not path.exists():
+        if given.endswith(".py") or "/" in given:
+            raise InputError("--import", given, "there is no such file or folder")
+        importlib.import_module(given)
+        return
+    source = path / "__init__.py" if path.is_dir() else path
+    name = path.resolve().stem
+    if name in sys.modules:
+        return
+    spec = importlib.util.spec_from_file_location(
+        name, source, submodule_search_locations=[str(path.resolve())] if path.is_dir() else None
+    )
+    if spec is None or spec.loader is None or not source.is_file():
+        raise InputError("--import", given, "needed is a module: a .py file, or a folder with __init__.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    if path.is_dir() and (path / "spec.py").is_file():
+        importlib.import_module(f"{name}.spec")
+
+
+Imports = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--import", metavar="MODULE", callback=_imported, help="Import a module of your own with parts or studies; repeatable."
+    ),
+]
+
+
+class Style(StrEnum):
+    """On what figures are printed."""
+
+    PRINT = PRINT.name
+    JOURNAL = JOURNAL.name
+
+
+class Format(StrEnum):
+    """File formats of figures."""
+
+    PNG = "png"
+    PDF = "pdf"
+    SVG = "svg"
+
+
+Styled = Annotated[
+    Style,
+    typer.Option(
+        "--style",
+        help="On what the figure is printed: a page, or a column of a journal "
+        "(88 mm, 8 pt, no title; what would be taller than 230 mm goes across both columns).",
+    ),
+]
+Formatted = Annotated[list[Format] | None, typer.Option("--format", help="File format of the figure, default png; repeatable.")]
+PRINTED = Style.PRINT
+
+
+def formats_of(given: Iterable[Format] | None) -> list[Format]:
+    """Those that are asked for, each once."""
+    return list(dict.fromkeys(given or [Format.PNG]))
+
+
+def write_figure(
+    result: xr.Dataset, folder: Path, style: Style = PRINTED, formats: Iterable[Format] | None = None
+) -> list[Path]:
+    """Draw the figure of a result and write it into a folder, named as its study. Raises as ``draw`` and ``save_figure`` do."""
+    from wucht.plots.sheet import save_figure
+    from wucht.studies.runner import draw
+
+    figure, name = draw(result, PAGES[style.value]), safe_name(str(result.attrs["study"]))
+    return [save_figure(figure, folder / f"{name}.{ending.value}") for ending in formats_of(formats)]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from wucht.analysis.shaft import only_braked, torque_surplus
 from wucht.analysis.vibration import Vibration
+from wucht.analysis.working_points import only_braked, torque_surplus
 from wucht.files.building import machine_from
 
 CARRIER = {"mass": 6.0, "stiffness": 1e4, "damping": 20.0, "gravity": 9.81}

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.strength import STRENGTH, values_at, weakened
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import damped
 from wucht.numerics.flow.program import Evaluator
+from wucht.studies.approximation.order import STRENGTH, values_at, weakened
 from wucht.system import System
 
 MACHINES = (

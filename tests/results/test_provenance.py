@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from wucht.errors import InputError
-from wucht.results.integrity import CHECKSUMS, sealed, unsealed
-from wucht.results.loading import load
+from wucht.results.output_folder import load
+from wucht.results.provenance import CHECKSUMS, sealed, unsealed
 from wucht.results.store import save
 
 Command = Callable[..., Any]

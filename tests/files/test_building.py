@@ -5,8 +5,7 @@ import copy
 import pytest
 from tests.refusals import refused
 
-from wucht.files.building import machine_from
-from wucht.files.settings import with_settings
+from wucht.files.building import machine_from, with_settings
 
 SCREEN = {
     "carrier": {
