@@ -128,3 +128,70 @@ def test_a_figure_that_is_no_more_needed_is_freed() -> None:
     alive = [weakref.ref(drawn(PRINT, ["one", "two"])) for _ in range(3)]
     gc.collect()
     assert [figure() for figure in alive] == [None, None, None]
+
+
+@pytest.mark.parametrize(
+    ("change", "added"),
+    [
+        (lambda figure, axis: axis.set_title("one line"), 1.25 + 2 * 0.7 - 0.5),
+        (lambda figure, axis: axis.set_title("two\nlines"), 2 * 1.25 + 2 * 0.7 - 0.5),
+        (lambda figure, axis: axis.set_xlabel(""), -1.25),
+        (lambda figure, axis: axis.set_xticks([]), -1.8),
+        (lambda figure, axis: axis.set_xticks([0, 1], ["rest", "one\ntwo\nthree"]), 2 * 1.25),
+        (lambda figure, axis: sheet.rpm_axis(axis, "rad/s", "x"), 1.8 + 1.25 + 0.4),
+        (lambda figure, axis: sheet.state(figure, ["no friction"]), 1.25 * PRINT.small / PRINT.font),
+    ],
+)
+def test_a_figure_grows_by_what_stands_above_and_below_a_panel(change: Any, added: float) -> None:
+    """In sizes of the text: a line 1.25, the numbers of a scale 1.8, half a size where no title is, 0.7 above and below one."""
+
+    def height(changed: bool) -> float:
+        with made_for(PRINT):
+            figure, (axis,) = sheet.new_figure(1, "title")
+            axis.plot([0.0, 1.0], [0.0, 1.0])
+            axis.set_xlabel("time")
+            if changed:
+                change(figure, axis)
+        return float(arrange(figure).get_figheight())
+
+    em = PRINT.font / 72
+    assert height(False) == pytest.approx(
+        (1.25 * 10 / PRINT.font + 0.6) * em + 0.5 * em + 1.55 + (1.8 + 1.25 + 0.7) * em, abs=1.5 / PRINT.dpi
+    )
+    assert height(True) - height(False) == pytest.approx(added * em, abs=1.5 / PRINT.dpi)
+
+
+def test_scale_legend_and_title_stand_above_a_panel_in_this_order_and_close_together() -> None:
+    with made_for(PRINT):
+        figure, (axis,) = sheet.new_figure(1, "title")
+        axis.plot([0.0, 1.0], [0.0, 1.0], label="a line")
+        axis.set_title("a panel")
+        sheet.rpm_axis(axis, "rad/s", "x")
+        sheet.legend_above(axis)
+    arrange(figure)
+    figure.draw_without_rendering()
+    em = PRINT.font / 72 * figure.dpi
+    panel, legend, name = axis.get_window_extent(), axis.get_legend().get_window_extent(), axis.title.get_window_extent()
+    assert legend.y0 - panel.y1 == pytest.approx((0.2 + 1.8 + 1.25 + 0.4) * em, abs=0.05 * em)
+    assert 0.0 < name.y0 - legend.y1 < 0.6 * em
+    assert name.x0 == pytest.approx(panel.x0, abs=0.2 * em) and legend.x0 == pytest.approx(panel.x0, abs=0.2 * em)
+    sketch, (bare,) = sheet.new_figure(1, "title")
+    bare.set(xticks=[], title="no scales")
+    arrange(sketch)
+    assert bare.title.get_ha() == "center", "over a sketch"
+
+
+def test_a_lone_right_edge_and_a_second_scale_narrow_a_panel_by_their_widths() -> None:
+    """4.1 sizes for the numbers, a line for the name and 0.7 about it at the left; 1.7 or a scale's 6.2 at the right."""
+    widths = {}
+    for unit in ("", "rad/s"):
+        with made_for(PRINT):
+            figure, (axis,) = sheet.new_figure(1, "title")
+            axis.plot([0.0, 1.0], [0.0, 1.0])
+            axis.set_ylabel("speed")
+            sheet.rpm_axis(axis, unit)
+        arrange(figure)
+        x, _, widths[unit], _ = np.array(axis.get_position().bounds) * PRINT.width * 72 / PRINT.font
+        assert x == pytest.approx(4.1 + 1.25 + 0.7)
+    assert widths[""] == pytest.approx(PRINT.width * 72 / PRINT.font - 6.05 - 1.7)
+    assert widths[""] - widths["rad/s"] == pytest.approx(6.2 - 1.7)
