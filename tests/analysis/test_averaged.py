@@ -308,3 +308,25 @@ def test_held_at_a_speed_the_drive_does_not_matter() -> None:
         start = np.array([0.5, -0.4, 150.0, 150.0])
         states.append(integrate(compile_system(slow.system), start, slow.values(150.0), np.linspace(0, 1, 20)).states)
     assert np.array_equal(states[0], states[1])
+
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
+
+
+HELD = {"kind": "constant-speed", "speed": 100.0}
+
+
+MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
+
+
+@pytest.mark.parametrize(
+    ("motion", "drive", "code"),
+    [
+        ({"direction": "x", "points": [[0, 0], [1, 1e-3], [2, 0], [3, 1e-3], [4, 0]]}, MOTOR, "table"),
+        ({"direction": "x", "amplitude": 1e-3, "frequency": 6.0}, HELD, "no-common-speed"),
+    ],
+)
+def test_shaken_machines_without_averaged_equations(motion: dict[str, Any], drive: dict[str, Any], code: str) -> None:
+    machine = machine_from({"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR], "drive": drive})
+    with refused("machine", code=code):
+        averaged_machine(machine)

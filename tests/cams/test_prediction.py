@@ -15,7 +15,7 @@ from tests.refusals import failed, refused
 from wucht.cams import prediction
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
 from wucht.cams.laws.synthesis import equiripple
-from wucht.cams.prediction import CamShaft
+from wucht.cams.prediction import CamShaft, _newton
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
 
@@ -437,3 +437,17 @@ def test_units_of_mass_time_and_output_change_nothing(mass, time, stroke, torque
             expected = getattr(one, method)(LAW).speed(TAU)
             assert getattr(other, method)(law).speed(TAU) / time == pytest.approx(expected, rel=1e-10)
     assert other.inertia_ratio(law) == pytest.approx(one.inertia_ratio(LAW), rel=1e-12)
+
+
+def test_a_balance_of_positive_unknowns() -> None:
+    def square(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return x**2 - 9.0, np.diag(2 * x)
+
+    assert _newton(square, np.array([50.0]), lambda: "more") == pytest.approx([3.0], rel=1e-12)
+    for balance in (
+        lambda x: (x * 0 + 1.0, np.zeros((1, 1))),  # the same at all speeds
+        lambda x: (x**2 + 1.0, np.diag(2 * x)),  # nowhere closed
+    ):
+        with pytest.raises(RunError) as raised:
+            _newton(balance, np.array([1.0]), lambda: "take a larger flywheel")
+        assert raised.value.code == "no-convergence" and ": take a larger flywheel; and a drive" in str(raised.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from wucht import cli
 from wucht.cli.completing import words
 from wucht.studies.study_file import read_study
 
@@ -149,3 +151,12 @@ def test_each_script_asks_the_program(wucht: Command, shell: str) -> None:
 
 def test_an_unknown_shell(refused: Callable[..., str]) -> None:
     refused("completion", "tcsh", says=("tcsh", "fish"))
+
+
+def test_a_shell_is_answered_with_words(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["wucht", "complete-words", "wucht", "ru"])
+    monkeypatch.setattr(gc, "freeze", lambda: None)
+    monkeypatch.setattr("wucht.cli.completing.words", lambda line: ["run", line])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 0 and capsys.readouterr().out == "run\nwucht ru\n"

@@ -44,3 +44,14 @@ def test_rest_is_no_orbit() -> None:
     assert rests(np.ones((2, 50)))
     assert not rests(np.array([np.sin(TIMES), 0 * TIMES]))
     assert recurrence(TIMES, np.ones((2, len(TIMES))), PLAIN) is None
+
+
+def test_what_does_not_move_or_return_does_not_repeat_itself() -> None:
+    time = np.linspace(0.0, 10.0, 401)
+    none = np.zeros(1, bool)
+    assert recurrence(time, np.ones((1, 401)), none) is None
+    assert recurrence(time, time[None], none) is None
+    once = recurrence(time, np.sin(2 * np.pi * time / 8.0)[None], none)
+    assert once is None, "it has returned but once"
+    found = recurrence(time, np.stack([np.sin(2 * np.pi * time / 2.5), np.cos(2 * np.pi * time / 2.5)]), np.zeros(2, bool))
+    assert found is not None and found.period == pytest.approx(2.5, rel=1e-3) and found.turns.tolist() == [0, 0]

@@ -13,10 +13,12 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
+from tests.refusals import refused
 
 from wucht.errors import InputError
+from wucht.results import provenance
 from wucht.results.output_folder import load
-from wucht.results.provenance import CHECKSUMS, sealed, unsealed
+from wucht.results.provenance import CHECKSUMS, check_attributes, sealed, unsealed
 from wucht.results.store import save
 
 Command = Callable[..., Any]
@@ -165,3 +167,32 @@ def test_a_changed_result_is_refused_by_every_command(refused: Refused) -> None:
     for command in ("plot out", "export out --csv", "compare out study.toml", "run study.toml -o out --resume"):
         said = refused(*command.split(), says=(sentence,))
         assert "study.toml: " not in said, "which is not at fault"
+
+
+def test_a_package_that_is_not_installed_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def version(name: str) -> str:
+        if name == "heyoka":
+            raise provenance.PackageNotFoundError
+        return f"{name} 1"
+
+    monkeypatch.setattr(provenance, "version", version)
+    found = provenance.versions.__wrapped__()
+    assert (found["heyoka"], found["numpy"]) == ("not installed", "numpy 1")
+
+
+def test_attributes_of_a_result_that_was_edited() -> None:
+    whole = {
+        "study": "a", "title": "b", "sentence": "c", "failure": "", "finished": 1, "dimensionless": 0, "summary": "{}",
+        "input": '{"study": {}, "machine": {}}', "warnings": "[]",
+    }  # fmt: skip
+    check_attributes(whole)
+    with refused("input", "of which machine", given=None):
+        check_attributes(whole | {"input": '{"study": {}}'})
+    with refused("warnings", "list of texts"):
+        check_attributes(whole | {"warnings": "[3]"})
+    with refused("notes", "list of texts"):
+        check_attributes(whole | {"notes": "[[]]"})
+    with refused("title", "another type", given=3):
+        check_attributes(whole | {"title": 3})
+    with refused("title", "is missing", given=None):
+        check_attributes({k: v for k, v in whole.items() if k != "title"})

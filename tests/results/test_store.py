@@ -94,3 +94,14 @@ def test_each_file_runs_over_one_thing(tmp_path: Path) -> None:
     assert by_body == [["body", "mass [kg]", "kind"], ["drum", "9.0", "rotor"], ["p, 1", "0.125", "ball"]]
     assert states == [["state index", "x [N m s]", "state"], ["0", "1.0", "1"], ["0", "2.0", "2"], ["0", "3.0", "3"]]
     assert numbers == [["name", "value", "unit"], ["free", "200.0", "rad/s"]]
+
+
+def test_folders_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with refused("-o", "nothing can be written there", given=str(tmp_path / "file" / "in")):
+        prepare_folder(tmp_path / "file" / "in")
+    with refused("-o", "this cannot be the name of a folder", given="a\0b"):
+        prepare_folder(Path("a\0b"))
+    (tmp_path / "out" / "result.nc").mkdir(parents=True)
+    with refused("-o", "result.nc", given=str(tmp_path / "out"), code="folder"):
+        prepare_folder(tmp_path / "out", ["result.nc"])

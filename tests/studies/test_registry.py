@@ -12,6 +12,7 @@ import pytest
 from tests.refusals import refused, rejected
 
 import wucht.extending
+from wucht.errors import WuchtError
 from wucht.studies import registry
 from wucht.studies.registry import Study, studies
 
@@ -135,3 +136,20 @@ def test_one_that_cannot_be_loaded_is_none_of_those_that_several_machines_comput
     named = sentence.strip().split("studies with tiles are ")[1].split(", ")
     assert named == [kind for kind, study in known.items() if kind != "broken" and study.spec.tiled]
     assert "basin" in named
+
+
+def test_studies_that_lack_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    import types
+
+    whole = types.ModuleType("own_study_without_functions")
+    monkeypatch.setitem(sys.modules, whole.__name__, whole)
+    study = Study("own", whole.__name__)
+    with pytest.raises(WuchtError) as raised:
+        _ = study.run
+    assert str(raised.value) == "the study 'own' (own_study_without_functions) has no function 'run'"
+    assert study.line == "the study 'own' (own_study_without_functions) has no spec of that kind"
+    assert study.tiled is False
+    whole.prepare = whole.run = whole.dataset = whole.figure = lambda *_: None  # type: ignore[attr-defined]
+    whole.report = "words"  # type: ignore[attr-defined]
+    with pytest.raises(WuchtError, match=r"\(own_study_without_functions\): report must be a function$"):
+        study.check()

@@ -18,7 +18,7 @@ from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.memory import question_of, untitled
 from wucht.studies.study_file import read_study, run_file
-from wucht.studies.subjects import MACHINE_OR_SYSTEM, equations_of
+from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, OfMachineOrSystem, _text, equations_of
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 BARE = re.compile(rf"(?<=[\s\[,=]){NUMBER}(?=[\s\],}}]|$)")  # a TOML number
@@ -138,3 +138,19 @@ def test_two_sets_of_equations_differ_by_their_structure() -> None:
     names = ("figure-2.10", "figure-2.11")
     one, other = (MACHINE_OR_SYSTEM.describe(load_equations(f"drozdetskaya-2020/{n}")).facts["structure"] for n in names)
     assert one != other
+
+
+def test_fingerprints_are_of_what_is_known() -> None:
+    assert _text(frozenset({3, 1})) == _text(frozenset({1, 3})) != _text(frozenset({1}))
+    with pytest.raises(TypeError, match="no fingerprint is known of a object"):
+        _text({"a": object()})
+
+
+def test_subjects_are_machines_or_equations(tmp_path: Path) -> None:
+    with refused("machine", "asked of a machine", given="drum"):
+        MACHINE.describe("drum")
+    either = OfMachineOrSystem()
+    with refused("machine", given=None):
+        either.read({"study": {}}, tmp_path, "a", {})
+    with refused("system", given=None):
+        either.read({"study": {}, "system": {}, "machine": {}}, tmp_path, "a", {})

@@ -16,8 +16,9 @@ import pytest
 
 from wucht.dynamics.entrainment import existence as existence_module
 from wucht.dynamics.entrainment.branches import Edge, StableRange
+from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE as SHAKEN
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
-from wucht.dynamics.entrainment.existence import Existence, existence, threshold
+from wucht.dynamics.entrainment.existence import Existence, existence, range_around, threshold
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
@@ -128,3 +129,31 @@ def test_of_several_ranges_with_the_machine_in_them_the_widest_counts(turned: bo
     band = existence(case, not_entrained(case), {"rotor": 1.0}, Work()).band
     assert band is not None
     assert (band.low.value, band.high.value) == (3.0, 7.0)
+
+
+def case_along(name: str, own: float, *limits: float) -> Any:
+    return SimpleNamespace(swept=SimpleNamespace(name=name, own=own), limits=limits, machine=SimpleNamespace(shaken=object()))
+
+
+def band(low: float, high: float, kind: str = "fold") -> StableRange:
+    return StableRange(0, Edge(low, kind), Edge(high, "range"), np.array([0]))
+
+
+def test_the_range_about_a_band() -> None:
+    first, largest, margin = 0.5, 3.0, 0.2
+    assert range_around(case_along(SHAKEN, 3.0, 0.0, 50.0), band(2.0, 9.0)) == (first * 2.0, largest * 3.0)
+    assert range_around(case_along(SHAKEN, 1.0, 0.0, 50.0), band(2.0, 9.0)) == (first * 2.0, largest * 2.0)
+    assert range_around(case_along(SHAKEN, 1.0, 0.0, 50.0), band(2.0, 9.0, "range")) == (first * 2.0, largest * 1.0)
+    assert range_around(case_along("slope", 3.0, -90.0, 90.0), band(2.0, 5.0)) == (2.0 - 3 * margin, 5.0 + 3 * margin)
+    assert range_around(case_along("slope", 7.0, -90.0, 90.0), band(2.0, 5.0)) == (2.0 - 5 * margin, 7.0 + 5 * margin)
+    assert range_around(case_along("slope", 7.0, 1.9, 7.1), band(2.0, 5.0)) == (1.9, 7.1)
+    assert range_around(case_along("slope", -7.0, -90.0, 90.0), None) == (-14.0, 0.0)
+    assert range_around(case_along("slope", 0.0, -90.0, 110.0), None) == (-2.0, 2.0)
+
+
+def test_the_threshold_along_the_amplitude_is_where_its_band_begins() -> None:
+    def of(found: StableRange | None) -> float | None:
+        return threshold(case_along(SHAKEN, 1.0, 0.0, 9.0), Existence(equations=object(), band=found), Work())  # type: ignore[arg-type]
+
+    assert (of(band(2.0, 9.0)), of(band(2.0, 9.0, "range")), of(None)) == (2.0, None, None)
+    assert threshold(case_along(SHAKEN, 1.0, 0.0, 9.0), Existence(band=band(2.0, 9.0)), Work()) is None

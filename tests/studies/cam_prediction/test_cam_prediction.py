@@ -3,6 +3,7 @@
 import math
 from dataclasses import asdict
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +17,9 @@ from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
+from wucht.studies.cam_prediction import computation as prediction_run
 from wucht.studies.cam_prediction.computation import dwells_of, prepare, run
 from wucht.studies.memory import Memory
 from wucht.studies.registry import study_of
@@ -560,3 +562,20 @@ def test_a_slide_is_shown_in_millimetres():
     assert result.wucht.summary["output"]["natural_frequency"] == pytest.approx(math.sqrt(4e6 / 80))
     assert " ".join(wucht.draw(result).axes[4].get_ylabel().split()) == "deviation in the dwell (mm)"
     assert any("mm: " in line for line in wucht.report(result))
+
+
+def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was cut before it is kept."""
+
+    def left_by(cam: Any, count: int) -> Any:
+        made.append(cam)
+        if len(made) == 3:
+            raise RunError("it stands")
+        return 0.5 / len(made), SimpleNamespace()
+
+    made = list[Any]()
+    monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
+    plan = SimpleNamespace(cuts=5, count=4, motion=SimpleNamespace(law="law"), shaft=SimpleNamespace(left_by=left_by))
+    left, failure = prediction_run._cuts(plan, Work())  # type: ignore[arg-type]
+    assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"
+    assert failure == "with cam 3, cut for the speed measured with the one before: it stands"

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+import pytest
+from tests.refusals import refused
+
+import wucht
+from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
+from wucht.cams.tables.harmonic_law import HarmonicTable
+
+HELD = {"kind": "constant-speed", "speed": 100.0}
+
+
+LAW = HarmonicTable(harmonics=2, coefficients={"mean": 0.1, "cosine": [-0.1]})
+
+
+def test_the_motion_for_which_a_cam_is_corrected() -> None:
+    held = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, drive=HELD | {"speed": 50.0}))
+    motion = held.turning_with_corrected_cam
+    assert motion.mean == pytest.approx(50.0) and motion.fluctuation == pytest.approx(0.0, abs=1e-12)
+    free = wucht.CamDrive(LAW, shaft=ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)).turning_with_corrected_cam
+    assert free.mean == pytest.approx(50.0) and free.fluctuation > 1e-4
+    with refused("speed", given=None, code="missing"):
+        _ = wucht.CamDrive(LAW).turning_with_corrected_cam
+
+
+def test_the_damping_of_an_output_on_a_spring() -> None:
+    """Given itself, or by its ratio to the critical one, 2 sqrt(c m)."""
+    common = {"output_stiffness": 400.0}
+    assert ElasticTable(**common, output_damping=3.0).output(4.0, "rad").damping == 3.0
+    assert ElasticTable(**common, output_damping_ratio=0.25).output(4.0, "rad").damping == pytest.approx(0.25 * 2 * 40.0)
+    with refused("shaft.elastic.output_damping", "negative", given=-3.0):
+        ElasticTable(**common, output_damping=-3.0).output(4.0, "rad")
+    with refused("shaft.elastic.output_stiffness", "above zero", given=0.0):
+        ElasticTable(output_stiffness=0.0).output(4.0, "rad")
