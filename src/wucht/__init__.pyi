@@ -21,7 +21,7 @@ from .studies.cam_correction.spec import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
-from .studies.coast_down.spec import CoastDown as CoastDown
+from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.spec import Comparison as Comparison
 from .studies.entrainment.spec import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
@@ -42,7 +42,7 @@ from .studies.speed_curve.spec import SpeedCurve as SpeedCurve
 from .studies.stability_map.spec import StabilityMap as StabilityMap
 from .studies.study_file import compare as compare
 from .studies.study_file import run_file as run_file
-from .studies.sweep.spec import Sweep as Sweep
+from .studies.sweep import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
 from .system import System as System

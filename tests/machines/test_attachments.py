@@ -10,7 +10,7 @@ from wucht.analysis.switching import with_rigid_pendulums
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.parts import attachments
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.coast_down import CoastDown
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 

@@ -16,7 +16,7 @@ from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
 from wucht.schema import checked
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.coast_down import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance

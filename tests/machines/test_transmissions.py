@@ -16,7 +16,7 @@ from wucht.machines.operation import free_speed
 from wucht.machines.parts import ConstantTorque, LinearDrive
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.coast_down import CoastDown
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance

@@ -11,7 +11,7 @@ from tests.refusals import failed, refused
 from wucht.dynamics.entrainment import runs_from_start as runs
 from wucht.files.catalogue import load_machine
 from wucht.studies import room
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.computation import prepare as prepare_entrainment
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.load_spectrum.spec import LoadSpectrum

@@ -10,7 +10,7 @@ from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter, Unit, read_quantity
 
-Quantity = float | str  # in the unit of a parameter of the subject
+Value = float | str  # in the unit of a parameter of the subject
 
 
 def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along") -> Parameter:
@@ -30,7 +30,7 @@ def with_parameters(subject: Machine | OwnEquations, values: Mapping[str, float]
 
 
 def values_of(
-    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Quantity], key: str = "values"
+    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Value], key: str = "values"
 ) -> tuple[float, ...]:
     """Values of a parameter as SI floats. Raises ``InputError`` at ``study.<key>[i]`` for one that its part does not allow."""
     unit, values = Unit(along.unit, along.what), []
@@ -41,7 +41,7 @@ def values_of(
 
 
 def ends_of(
-    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Quantity], key: str = "range"
+    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Value], key: str = "range"
 ) -> tuple[float, float]:
     """``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that its part does not allow."""
     ends = range_of(Unit(along.unit, along.what), given, key)
@@ -55,7 +55,7 @@ def _refuse_if_not_allowed(subject: Machine | OwnEquations, along: Parameter, va
         check_values(subject.parts, {along.path: value}, where, subject.values)
 
 
-def range_of(unit: Unit, given: Sequence[Quantity], key: str = "range") -> tuple[float, float]:
+def range_of(unit: Unit, given: Sequence[Value], key: str = "range") -> tuple[float, float]:
     """A pair [low, high] as SI floats. Raises ``InputError`` where low is not below high."""
     low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(given))
     if not low < high:

@@ -11,7 +11,7 @@ from wucht.errors import InputError
 from wucht.fatigue.damage import WoehlerLine, slope_below
 from wucht.schema import Described, Unit, checked, read_quantity, refuse_unknown, si
 from wucht.studies import spec as common
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 
 NAMES = ("compensating", "together", "opposed")
 VALUES = ("value", "second_value")
@@ -136,7 +136,7 @@ class Woehler(Described):
 
     k: float = si("", "slope of the Woehler line", gt=0, le=_STEEPEST)
     ND: float = si("cycles", "number of cycles at the knee", gt=0)
-    SD: Quantity = Field(title="amplitude at the knee", description="amplitude at the knee, in the signal's unit")
+    SD: Value = Field(title="amplitude at the knee", description="amplitude at the knee, in the signal's unit")
     miner: Literal["original", "elementary", "haibach"] | None = Field(None, description=(
         'what amplitudes below the knee do: `"original"` nothing, `"elementary"` the line goes on, `"haibach"` with the slope '
         "2 k - 1"

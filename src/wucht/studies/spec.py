@@ -161,14 +161,14 @@ _order = _must(
 )
 _inertia = _must(_is_bool, "must be true or false: whether the averaged equations keep it")
 
-Quantity = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
+Value = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
 Start = Annotated[dict[str, Any], _start, Field(title="initial state", description=(
     'angles and speeds at the start by the names of the bodies, `{ p1 = "0.3 rad" }`'
 ))]  # fmt: skip
 Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(title="initial states")]
 Path = Annotated[str, _path, Field(title="path of a parameter")]
-Values = Annotated[tuple[Quantity, ...], _values, Field(title="values of the parameter")]
-Pair = Annotated[tuple[Quantity, Quantity], _pair, Field(title="pair [low, high] of the parameter")]
+Values = Annotated[tuple[Value, ...], _values, Field(title="values of the parameter")]
+Pair = Annotated[tuple[Value, Value], _pair, Field(title="pair [low, high] of the parameter")]
 Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)]  # of a quantity by ``si``
 Whole = Annotated[int, _whole]
 Order = Annotated[Literal[1, 2], _order, Field(description=(
@@ -192,6 +192,19 @@ Engine = Annotated[
 ]
 
 __all__ = [
-    "DEFAULT_TOLERANCE", "BalancingBodies", "Engine", "Inertia", "Interval", "Order", "Pair", "Path", "Quantity", "Spec",
-    "Start", "Starts", "Tolerance", "Values", "Whole",
+    "DEFAULT_TOLERANCE",
+    "BalancingBodies",
+    "Engine",
+    "Inertia",
+    "Interval",
+    "Order",
+    "Pair",
+    "Path",
+    "Spec",
+    "Start",
+    "Starts",
+    "Tolerance",
+    "Value",
+    "Values",
+    "Whole",
 ]  # fmt: skip

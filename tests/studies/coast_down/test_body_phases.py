@@ -9,8 +9,7 @@ import pytest
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.coast_down.computation import prepare
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.coast_down import CoastDown, prepare
 from wucht.studies.runner import draw, report, run
 
 R1 = "drozdetskaya-2020/r1"

@@ -22,9 +22,8 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.integrate import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.studies.coast_down import computation as module
-from wucht.studies.coast_down.computation import prepare
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies import coast_down as module
+from wucht.studies.coast_down import CoastDown, prepare
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.coast_down import CoastDown
 from wucht.studies.runner import draw, run
 
 FIGURE_7 = "sperling-vibration/figure-7"

@@ -21,8 +21,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.studies.memory import Memory
 from wucht.studies.runner import draw, report, run
-from wucht.studies.sweep.computation import prepare
-from wucht.studies.sweep.spec import Sweep
+from wucht.studies.sweep import Sweep, prepare
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"

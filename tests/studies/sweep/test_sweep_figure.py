@@ -8,7 +8,7 @@ import xarray as xr
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.sweep.spec import Sweep
+from wucht.studies.sweep import Sweep
 
 FIGURE_5 = "sperling-vibration/figure-5"
 

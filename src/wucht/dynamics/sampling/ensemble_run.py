@@ -13,7 +13,6 @@ from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.dynamics.sampling.attractors import attractors_of
 from wucht.dynamics.sampling.closer_look import begins_fast, looked_at
-from wucht.dynamics.sampling.doubling_pace import DoublingPace
 from wucht.dynamics.sampling.ensemble_equations import (
     Numbered,
     Variants,
@@ -23,7 +22,7 @@ from wucht.dynamics.sampling.ensemble_equations import (
     why_one_by_one,
 )
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, part_of
-from wucht.dynamics.sampling.first_look import FirstLook
+from wucht.dynamics.sampling.first_look import DoublingPace, FirstLook
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.work import Work

@@ -1,16 +1,15 @@
-"""A first look at all members at once: those that come to rest are judged, those that need a closer look are found."""
+"""A first screening of all members at once: those that have settled are judged, those that need a closer look are named."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.sampling.attractors import Attractor
-from wucht.dynamics.sampling.doubling_pace import FINER, PARTS, SAMPLES, WINDOW, DoublingPace
 from wucht.dynamics.sampling.ensemble_equations import Equations, Numbered, Variants
 from wucht.dynamics.sampling.member_views import Bound, FullView, SlowView, View, unbalance_left
 from wucht.dynamics.verdicts.noise import Noise
@@ -29,6 +28,54 @@ from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.members import Members
 from wucht.numerics.observers.projection import WINDOWS
 from wucht.numerics.peaks import between_samples
+
+WINDOW = 16  # samples
+SAMPLES = WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are as those to come
+PARTS = 2 * SAMPLES  # of the time, in which the course is kept
+# Times as many of the amplitude in each part of the first chunk: vibrations of the start die out, resonances are passed.
+FINER = np.repeat((4, 2), SAMPLES)
+# Samples that are shifted a little, alike in all windows: a motion of one period can not be taken for rest.
+_SHIFTS = np.append(0.5 * (np.arange(1, WINDOW) * (math.sqrt(5) - 1) / 2 % 1 - 0.5), 0.0)
+
+
+@dataclass(frozen=True)
+class DoublingPace:
+    """Each chunk is as long as all before it together. first: the end of the first one; chunks: how many."""
+
+    first: float
+    chunks: int
+
+    @classmethod
+    def until(cls, end: float, first: float) -> DoublingPace:
+        """That ends at a time, with a first chunk of about this length."""
+        doublings = max(0, math.ceil(math.log2(end / first)))
+        return cls(end / 2**doublings, doublings + 1)
+
+    @property
+    def end(self) -> float:
+        """The limit of time."""
+        return self.first * 2.0 ** (self.chunks - 1)
+
+    def times(self, index: int) -> np.ndarray:
+        """See ``Pace``."""
+        return _times(self.first, index)
+
+
+@lru_cache(maxsize=64)  # every tile asks
+def _times(first: float, index: int) -> np.ndarray:
+    """See ``Pace``; not to be written to."""
+    end = first * 2.0**index
+    begin, ends = (end / 2, np.arange(1, SAMPLES + 1)) if index else (0.0, np.arange(1, PARTS + 1))
+    ends = ends + np.tile(_SHIFTS, len(ends) // WINDOW)
+    parts = np.append(0.0, ends) / len(ends)
+    if not index:
+        each = zip(parts[:-1], parts[1:], FINER, strict=True)
+        parts = np.append(0.0, np.concatenate([b + (e - b) * np.arange(1, n + 1) / n for b, e, n in each]))
+    times = begin + (end - begin) * parts
+    times[-1] = end
+    times.setflags(write=False)
+    return np.asarray(times)
+
 
 SETTLED = 1e-4  # of speed and unbalance: bounds that are as near tell that a member has settled
 _FOLLOWED = 0.5  # of the differences of samples: a cubic that misses more of them has not been sampled densely enough

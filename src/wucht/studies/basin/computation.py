@@ -21,7 +21,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.studies.basin.spec import Basin
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 
 VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; its axes have other names
 _WHOLE_TURN = 1e-4  # of a period: so nearly an axis that goes round is taken to close
@@ -54,7 +54,7 @@ class Axis(Varied):
         return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
 
 
-def axis_of(machine: Machine, name: str, given: tuple[Quantity, Quantity, int]) -> Axis:
+def axis_of(machine: Machine, name: str, given: tuple[Value, Value, int]) -> Axis:
     """An axis by its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
     key = f"axes.{name}"
     if name.removeprefix("refined_") in VARIABLES:

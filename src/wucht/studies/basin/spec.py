@@ -32,7 +32,7 @@ def _axes(given: Any) -> Any:
 
 
 Axes = Annotated[
-    dict[str, tuple[common.Quantity, common.Quantity, int]], BeforeValidator(_axes), Field(description="two axes of the map")
+    dict[str, tuple[common.Value, common.Value, int]], BeforeValidator(_axes), Field(description="two axes of the map")
 ]
 
 

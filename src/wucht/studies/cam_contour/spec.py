@@ -9,7 +9,7 @@ from pydantic import Field
 from wucht.cams.sizing.permitted import Permitted, Size
 from wucht.errors import InputError
 from wucht.schema import Described, si
-from wucht.studies.spec import Quantity, Spec, TrueOrFalse, Whole
+from wucht.studies.spec import Spec, TrueOrFalse, Value, Whole
 
 
 class Contact(Described):
@@ -23,13 +23,13 @@ class Contact(Described):
         "moment of inertia of what turns behind a linkage, in kg m^2"
     ))  # fmt: skip
     output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of what slides behind a linkage")
-    preload: Quantity = Field(0.0, title="preload", description=(
+    preload: Value = Field(0.0, title="preload", description=(
         "torque or force (N m or N) with which a spring presses the roller on the cam where the law is zero; of two cams with "
         "which they squeeze the lever"
     ))  # fmt: skip
-    stiffness: Quantity = Field(0.0, title="stiffness of the spring", description="stiffness of this spring, in N m/rad or N/m")
-    damping: Quantity = Field(0.0, title="damping", description="viscous damping of the follower, in N m s/rad or N s/m")
-    constant: Quantity = Field(
+    stiffness: Value = Field(0.0, title="stiffness of the spring", description="stiffness of this spring, in N m/rad or N/m")
+    damping: Value = Field(0.0, title="damping", description="viscous damping of the follower, in N m s/rad or N s/m")
+    constant: Value = Field(
         0.0, title="constant load", description="constant load (N m or N) against the sense in which the law rises, as a weight"
     )
     share: float = si("", "share of the cam in the driving torque", default=0.5, ge=0, le=1, help=(

@@ -93,7 +93,7 @@ class CaptureProbability(EnsembleSpec):
     sensitivity: common.TrueOrFalse = Field(
         False, description="whether it is computed which random quantity matters, by Sobol' indices, `at` a value of `along`"
     )
-    at: common.Quantity | None = Field(None, title="value of the parameter for the sensitivity", description=(
+    at: common.Value | None = Field(None, title="value of the parameter for the sensitivity", description=(
         "value of the parameter `along` for the sensitivity"
     ))  # fmt: skip
     sensitivity_samples: common.Whole | None = Field(

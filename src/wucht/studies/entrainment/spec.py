@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.schema import si
-from wucht.studies.spec import AVERAGED, FULL, Pair, Path, Quantity, Spec, Start, Whole
+from wucht.studies.spec import AVERAGED, FULL, Pair, Path, Spec, Start, Value, Whole
 
 DEFAULT_POINTS = 25
 _FEWEST, _MOST = 5, 2000
@@ -31,7 +31,7 @@ class Entrainment(Spec):
     )
     range: Pair | None = Field(None, description="pair [low, high] of it; by default the band of existence and a margin")
     points: Whole = Field(DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
-    resolution: Quantity | None = Field(None, description="resolution of the edges, in the parameter's unit")
+    resolution: Value | None = Field(None, description="resolution of the edges, in the parameter's unit")
     start: Start = Field(default_factory=dict)
     until: float | None = si(
         "s", "time", default=None, gt=0, help="how long a run lasts at least; by default as the averaged equations ask"

@@ -26,7 +26,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
 from wucht.schema import Unit, read_quantity, table
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 from wucht.studies.subjects import MACHINE, Description
 
 _AT = "study.target"
@@ -62,7 +62,7 @@ def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
     return standard_spectrum(largest, target.cycles, exponent, target.ratio or 0.0)
 
 
-def _read(table: Sequence[tuple[Quantity, Quantity]], amplitude: Unit) -> list[list[float]]:
+def _read(table: Sequence[tuple[Value, Value]], amplitude: Unit) -> list[list[float]]:
     """The rows of a table, by ascending amplitude."""
     units = (amplitude, _CYCLES)
     rows = [

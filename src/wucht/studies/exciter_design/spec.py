@@ -11,7 +11,7 @@ from wucht.errors import InputError
 from wucht.schema import Described, checked, is_pairs, si
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import Vary
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 
 Shape = Literal["constant", "normal", "straight-line"]
 _FORMS = ("shape", "exponent", "table", "file")
@@ -32,10 +32,10 @@ class Target(Described):
     exponent: float | None = si(
         "", "exponent of the shape", default=None, gt=0, help="exponent of another shape, H = H_0^(1 - (S/S_max)^exponent)"
     )
-    largest: Quantity | None = Field(None, title="largest amplitude", description="largest amplitude S_max")
+    largest: Value | None = Field(None, title="largest amplitude", description="largest amplitude S_max")
     cycles: float | None = si("cycles", "number of cycles", default=None, gt=1, help="number of cycles H_0, in all")
     ratio: float | None = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
-    table: tuple[tuple[Quantity, Quantity], ...] | None = Field(None, title="amplitudes and cumulative cycles", description=(
+    table: tuple[tuple[Value, Value], ...] | None = Field(None, title="amplitudes and cumulative cycles", description=(
         "pairs of an amplitude and of how many cycles have at least this one"
     ))  # fmt: skip
     file: str | None = Field(None, min_length=1, title="file of amplitudes and cumulative cycles", description=(

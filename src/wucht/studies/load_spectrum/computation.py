@@ -21,7 +21,7 @@ from wucht.schema import Unit, read_quantity
 from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.shared_keys import woehler_line
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
 _MOST_CLASSES = 10_000
@@ -87,7 +87,7 @@ def check_width(values: np.ndarray, width: float | None) -> None:
         raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
 
 
-def _in_unit(given: Quantity | None, unit: str, what: str, key: str) -> float | None:
+def _in_unit(given: Value | None, unit: str, what: str, key: str) -> float | None:
     """A quantity in the unit of the signal; in a unit that is not one of SI, a number. Raises ``InputError``."""
     return None if given is None else read_quantity(Unit(unit, what), given, f"study.{key}")
 

@@ -12,7 +12,7 @@ from wucht.fatigue.counting import Residue
 from wucht.schema import Described, checked, si
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_at
 from wucht.studies.single_run import SingleRun
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 
 _SIGNALS = (
     "'displacement', 'spring-force', 'bearing-force' or 'acceleration' of a machine's run-up, or a record: "
@@ -68,10 +68,10 @@ class LoadSpectrum(SingleRun):
         'what becomes of ranges that close no cycle: `"half-cycles"`, `"repeat"` (the history comes again and again) or '
         '`"drop"`'
     ))  # fmt: skip
-    reference: Quantity | None = Field(None, title="reference of level crossings and peaks", description=(
+    reference: Value | None = Field(None, title="reference of level crossings and peaks", description=(
         "reference of level crossings and peaks; without one all rising crossings and all peaks count"
     ))  # fmt: skip
-    class_width: Quantity | None = Field(None, title="width of the classes", description=(
+    class_width: Value | None = Field(None, title="width of the classes", description=(
         "width of the classes of range and level; by default each range stands for itself, as far as they are few"
     ))  # fmt: skip
     woehler: Annotated[Woehler | None, woehler_at("study.woehler")] = Field(

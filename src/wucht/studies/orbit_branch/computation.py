@@ -14,7 +14,7 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter
 from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.spec import Quantity
+from wucht.studies.spec import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,11 @@ def prepare(spec: OrbitBranch, subject: Machine | OwnEquations) -> Plan:
 
 
 def _within(
-    subject: Machine | OwnEquations, along: Parameter, bounds: tuple[float, float], given: tuple[Quantity, ...] | None, key: str
+    subject: Machine | OwnEquations,
+    along: Parameter,
+    bounds: tuple[float, float],
+    given: tuple[Value, ...] | None,
+    key: str,
 ) -> tuple[float, ...] | None:
     """Values of the parameter that lie in the range."""
     if given is None:

@@ -39,7 +39,7 @@ def _trajectories(given: Any) -> Any:
     return int(given)
 
 
-Ranges = Annotated[dict[str, tuple[common.Quantity, common.Quantity]], BeforeValidator(_table)]
+Ranges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_table)]
 Together = Annotated[bool | tuple[str, ...], BeforeValidator(_together)]
 Trajectories = Annotated[int | tuple[dict[str, Any], ...], BeforeValidator(_trajectories)]
 

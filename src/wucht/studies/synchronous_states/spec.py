@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.schema import Unit, read_quantity, refuse_unknown, si
-from wucht.studies.spec import AVERAGED, FULL, Inertia, Interval, Quantity, Spec, TrueOrFalse
+from wucht.studies.spec import AVERAGED, FULL, Inertia, Interval, Spec, TrueOrFalse, Value
 
 MOST_CELLS = 400
 _MOST_RATIO = 1e6
@@ -29,7 +29,7 @@ def _axes(given: Any) -> Any:
     return {name: tuple(given[name]) for name in _AXES}
 
 
-Axes = Annotated[dict[str, tuple[Quantity, Quantity, int]], BeforeValidator(_axes)]
+Axes = Annotated[dict[str, tuple[Value, Value, int]], BeforeValidator(_axes)]
 
 
 class SynchronousStates(Spec):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.doubling_pace import PARTS, SAMPLES, DoublingPace
+from wucht.dynamics.sampling.first_look import PARTS, SAMPLES, DoublingPace
 
 
 def test_each_chunk_is_as_long_as_all_before_and_its_samples_rise_to_its_end() -> None:

@@ -1,0 +1,476 @@
+"""A rotor whose drive is switched off: how long it turns, and how far it vibrates where it falls through its resonances."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from wucht.analysis.vibration import Forced
+from wucht.analysis.working_points import energy_scale
+from wucht.dynamics.run_ups.descent_record import REVERSAL, Descent, Record, reduced
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, listed, placed, speeds_in
+from wucht.dynamics.run_ups.steady_phases import BodyPhases
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.machines.changes import release_events
+from wucht.machines.machine import Machine
+from wucht.machines.operation import axis_at_rest, free_speed, natural_frequencies, sense_of
+from wucht.machines.tree import RotatingBody
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
+from wucht.plots.curves import RESIDUAL, draw_residual
+from wucht.plots.scales import name_speeds, printed
+from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.style import COLOURS, GREY, mark_levels
+from wucht.results.formatting import ReportLines, abscissa_label
+from wucht.results.quantities import Quantity, answer
+from wucht.schema import si
+from wucht.studies.motion_variables import natural_vibrations, parameter_values
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, BalancingBodies, Engine, Spec, Start, Tolerance
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+class CoastDown(Spec):
+    """Let the machine run without its drives; loads, bearings and dampers stay."""
+
+    kind: ClassVar[str] = "coast-down"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
+    solves: ClassVar[str] = FULL
+
+    until: float | None = si("s", "time", default=None, gt=0, help=(
+        "time at which the run ends; none: until it has stopped, swings, or turns at a hundredth of its speed"
+    ))  # fmt: skip
+    start: Start = Field(default_factory=dict, description=(
+        "initial state; rotors for which it gives no speed start with the speed that their drive reaches, and the bodies about "
+        "them turn along"
+    ))  # fmt: skip
+    bodies: BalancingBodies = Field(None, description=(
+        'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
+        'others); or `"held"`, at the phases of `start`, by default at 0. By default steady where `start` names none of them '
+        "and these phases are known, else held, with a warning where this key is not given"
+    ))  # fmt: skip
+    vibration: Literal["steady", "none"] | None = Field(None, description=(
+        'vibration of the carrier at the start: `"steady"`, as it vibrates while all bodies turn with their speeds at the '
+        'start, in the phases of the start; or `"none"`, at rest, so that what it does at first is a transient. Where `start` '
+        "says how the carrier moves, it starts like that"
+    ))  # fmt: skip
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    engine: Engine | None = None
+
+    def check(self) -> None:
+        """See ``Spec``."""
+        if self.vibration is not None and "carrier" in self.start:
+            raise InputError("study.vibration", self.vibration, "not allowed: study.start.carrier says how the carrier starts")
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "without its drives"
+
+
+SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
+_MOST_TURNS = 50_000
+_RESONANT = 1e-6  # of an undamped resonance: so near it the steady vibration has no bound
+
+
+class CarrierStart(StrEnum):
+    """How the carrier of a coast-down starts."""
+
+    FIXED = "fixed"  # it has no free coordinate
+    STEADY = "steady"  # vibrating as at the speeds of the start
+    REST = "rest"
+    GIVEN = "given"  # as the user says
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be integrated.
+
+    machine: without its drives. initial: the state (n,) to start from. carrier: how it starts; why_at_rest: where nobody asked
+    for that. bodies: how the balancing ones start; phases: where, to their rotor. start_speed: of the main rotor. limit: the
+    latest end. step: between samples. stride: between rows of the result, at first. energy: the size of the works. at_rest:
+    where the axis rests. events: the rotor turns back, and locked bodies are released.
+    """
+
+    spec: CoastDown
+    machine: Machine
+    initial: np.ndarray
+    carrier: CarrierStart
+    why_at_rest: str
+    bodies: BodyPhases
+    phases: Mapping[str, float]
+    start_speed: float
+    limit: float
+    step: float
+    stride: float
+    energy: float
+    at_rest: Mapping[str, float]
+    events: tuple[Event, ...]
+
+
+def prepare(spec: CoastDown, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
+    coasting = _without_drives(machine)
+    initial = _initial(spec, machine, coasting)
+    velocity = coasting.rotor.coordinate.velocity
+    bodies = BodyPhases.of(coasting, spec.start, float(initial[coasting.row(velocity)]), spec.bodies)
+    initial = _in_phase(coasting, initial, bodies.to_rotor)
+    coasting = placed(coasting, initial)
+    carrier, why = _carrier_start(spec, coasting)
+    if carrier is CarrierStart.STEADY:
+        initial = _vibrating(coasting, initial)
+    start_speed = float(initial[coasting.row(velocity)])
+    turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
+    limit = spec.until or _MOST_TURNS * turn
+    step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
+    stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
+    events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
+    phases = _phases(coasting, initial)
+    return Plan(
+        spec, coasting, initial, carrier, why, bodies, phases, start_speed, limit, step, stride, energy, at_rest, events
+    )
+
+
+def numbers(plan: Plan) -> float:
+    """At most how many numbers are stored: time and mean speed of each turn, which are as many as at the start."""
+    return 2 * plan.limit * abs(plan.start_speed) / (2 * math.pi)
+
+
+def _without_drives(machine: Machine) -> Machine:
+    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays.
+
+    So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
+    """
+    drives = machine.drives
+    undriven = [tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies]
+    own = [e.internal if len(e.applied) == len(rest) else () for e, rest in zip(machine.energies, undriven, strict=True)]
+    return machine.changed(
+        bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
+        energies=tuple(replace(e, applied=a, internal=x) for e, a, x in zip(machine.energies, undriven, own, strict=True)),
+        parts=tuple(p for p in machine.parts if p not in drives),
+        start_angles={},
+        schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),
+    )
+
+
+def _initial(spec: CoastDown, machine: Machine, coasting: Machine) -> np.ndarray:
+    """The state (n,) of the machine without drives from which it starts. Raises ``InputError``."""
+    state = initial_state(coasting, spec.start)
+    for rotor in machine.rotors:
+        row = coasting.row(rotor.coordinate.velocity)
+        if rotor.name in machine.start_angles and not _gives(spec.start, rotor.name, "angle"):
+            state[coasting.row(rotor.coordinate.position)] += machine.start_angles[rotor.name]
+        if not _gives(spec.start, rotor.name, "speed") and rotor.release is None:
+            state[row] = _driven_speed(machine, rotor)
+        for body in machine.group(rotor)[1:]:
+            if body.release is not None or not _gives(spec.start, body.name, "speed"):
+                state[coasting.row(body.coordinate.velocity)] = state[row]
+    if not state[coasting.row(machine.rotor.coordinate.velocity)]:
+        raise InputError(
+            "study.start", dict(spec.start) or None,
+            f"nothing turns: the machine has no drive to give {machine.rotor.name} a speed; "
+            f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
+        )  # fmt: skip
+    return state
+
+
+def _in_phase(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
+    """A state (n,) with bodies at angles to the rotors that they turn about, from the inside outwards."""
+    moved = state.copy()
+    for body in machine.outward:
+        if body.about is not None and body.name in to_rotor:
+            head = moved[machine.row(machine.body(body.about).coordinate.position)]
+            moved[machine.row(body.coordinate.position)] = head + to_rotor[body.name]
+    return moved
+
+
+def _phases(machine: Machine, state: np.ndarray) -> dict[str, float]:
+    """The angles of the balancing bodies to their rotor in a state (n,), by name."""
+    angles = angles_in(machine, state)
+    return {b.name: angles[b.name] - angles[b.about] for b in machine.bodies if b.about is not None}
+
+
+def _carrier_start(spec: CoastDown, machine: Machine) -> tuple[CarrierStart, str]:
+    """How the carrier starts, and why it does so at rest where nobody asked for that."""
+    if not machine.free_carrier:
+        return CarrierStart.FIXED, ""
+    if "carrier" in spec.start:
+        return CarrierStart.GIVEN, ""
+    if spec.vibration is None:
+        at = machine.at(0.0)
+        try:
+            Forced.of(at, np.zeros(len(at.bodies)))
+        except InputError as error:
+            return CarrierStart.REST, error.allowed
+    return (CarrierStart.REST if spec.vibration == "none" else CarrierStart.STEADY), ""
+
+
+def _vibrating(machine: Machine, state: np.ndarray) -> np.ndarray:
+    """A state (n,) in which the carrier rests, with its steady vibration. Raises ``InputError`` where that has no bound."""
+    at = machine.at(0.0)
+    senses = np.array([sense_of(at, body) for body in at.bodies])
+    angles, speeds = (senses * np.array(list(of(at, state).values())) for of in (angles_in, speeds_in))
+    forced = Forced.of(at, senses * angles)
+    if any(math.isclose(w, abs(w0), rel_tol=_RESONANT) for w in forced.undamped(0.0, math.inf) for w0 in speeds):
+        raise InputError(
+            "study.vibration", None,
+            "the machine starts at a resonance without damping, where its steady vibration has no bound; needed is another "
+            "speed in study.start, damping, or vibration = 'none' to start with the carrier at rest",
+        )  # fmt: skip
+    displacements, velocities = forced.vibration.at_once(speeds, angles)
+    moved = state.copy()
+    for c, x, v in zip(at.free_carrier, displacements, velocities, strict=True):
+        moved[at.row(c.position)] += x
+        moved[at.row(c.velocity)] = v
+    return moved
+
+
+def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:
+    given = start.get(body)
+    return key in given if isinstance(given, Mapping) else given is not None and key == "angle"
+
+
+def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
+    """The speed that a rotor's drive reaches, 0 if it has none; with schedules, when they are done, or last drive it."""
+    driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
+    times = reversed(machine.breakpoints) if driven else ()
+    return next((speed for t in times if (speed := free_speed(machine.at(t), rotor))), 0.0)
+
+
+SAMPLES_A_LEG = 20_480
+SLOW = 0.01  # of the speed at the start: without `until` the run ends there
+_STILL = 1e-4  # likewise, after it has turned back
+_ENOUGH_SWINGS = 20
+
+Findings = tuple[Record, CompiledSystem]  # the record so far, and what was integrated
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """Integrate; what is recorded after each leg."""
+    compiled = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
+    start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1))
+    record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
+    yield record.after(reduced(plan.machine, plan.at_rest, compiled, record, start)), compiled
+    while not _ended(plan, record):
+        record = record.after(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, compiled, record, work)))
+        yield record, compiled
+
+
+def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> Descent:
+    """The leg that begins where the one before ended."""
+    last = before.end
+    count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
+    grid = last.end_time + plan.step * np.arange(count + 1)
+    t = integrate(compiled, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
+    return reduced(plan.machine, plan.at_rest, compiled, before, t.uninterrupted())
+
+
+def _ended(plan: Plan, record: Record) -> bool:
+    """Whether the time is over, the run failed, or, without a time, the rotor has stopped, swung enough, or is slow."""
+    if record.end.ended or record.end.end_time >= plan.limit * (1 - 1e-9):
+        return True
+    if plan.spec.until is not None:
+        return False
+    rows, start_speed = record.rows, abs(record.start_speed)
+    if record.reversals:
+        return len(record.reversals) >= _ENOUGH_SWINGS or abs(rows["max_speed"][-1]) < _STILL * start_speed
+    return bool(record.turns.size) and abs(rows["speed"][-1]) < SLOW * start_speed
+
+
+AT_REST = 1e-4  # of the speed at the start
+_LAST = 0.1  # share of the run that the outcome is judged by
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a coast-down."""
+    record, compiled = findings
+    rows, units, end = dict(record.rows), plan.machine.units, record.end
+    if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
+        first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
+        rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
+    ending, at_the_end = _ending(record, units.speed)
+    quantities = [
+        *at_the_end,
+        *_of_course(plan, record, rows),
+        *_of_rows(plan.machine, rows),
+        Quantity("turn_time", record.turns[0], "time", units.time, "turn", coordinate=True),
+        Quantity("mean_speed", record.turns[1], "mean speed over a turn", units.speed, "turn"),
+        *(q for q in natural_vibrations(plan.machine) if q.dimensions),
+        *parameter_values(plan.machine),
+        Quantity("end_state", end.end_state, "state and accumulated works at the end", "", "state"),
+    ]
+    unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
+    half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
+    back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
+    assumed = [*_carrier_assumed(plan), *_rotors_assumed(plan), *plan.bodies.assumed(plan.phases)]
+    more = {"outcome": at_the_end[0].value or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
+    return answer(quantities, f"{ending}{half}{back}", _warnings(plan, end.failure), assumed, end.failure, **more)
+
+
+def _of_rows(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+    """What is recorded over the time."""
+    units = machine.units
+    words = {
+        "time": ("time", units.time),
+        "angle": ("angle of the rotor", "rad"),
+        "speed": ("speed of the rotor", units.speed),
+        "min_speed": ("least speed since the last sample", units.speed),
+        "max_speed": ("largest speed since the last sample", units.speed),
+        "amplitude": ("amplitude of the axis", machine.orbit_unit),
+        "energy_residual": ("energy residual, relative", ""),
+        "dissipated_work": ("energy dissipated", units.energy),
+    }
+    return [Quantity(name, rows[name], *both, "time") for name, both in words.items()]
+
+
+def _of_course(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
+    """When it has slowed down, how far it turned, and how it vibrated meanwhile."""
+    units, largest = plan.machine.units, int(rows["amplitude"].argmax())
+    turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
+    there, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
+    back, length = next(iter(record.reversals), None), plan.machine.orbit_unit
+    return [
+        Quantity("start_speed", record.start_speed, "speed of the rotor at the start", units.speed, headline=True),
+        Quantity("half_time", record.half_time, "time after which the speed has halved", units.time, headline=True),
+        Quantity("reversal_time", back, "time at which the rotor turns back first", units.time, headline=True),
+        Quantity("end_time", float(rows["time"][-1]), "time at the end", units.time, headline=True),
+        Quantity("turns", turns, "number of turns"),
+        Quantity("carrier_start", str(plan.carrier), "how the carrier starts"),
+        Quantity("peak_amplitude", amplitude, "largest amplitude of the axis", length, headline=True),
+        Quantity("peak_speed", there, "speed of the rotor there", units.speed),
+        Quantity("energy_residual", residual, "largest relative error of the energy balance"),
+    ]
+
+
+def _warnings(plan: Plan, failure: str | None) -> list[str]:
+    warnings = [failure] if failure else []
+    if plan.carrier is CarrierStart.REST:
+        steady = "vibration = 'steady' starts with the vibration of that speed"
+        other = f"the machine {plan.why_at_rest}" if plan.why_at_rest else steady
+        warnings.append(
+            "the carrier starts at rest, although the rotor turns: its vibration at first, perhaps the largest, is a transient "
+            f"of this start; {other}"
+        )
+    if plan.bodies.why_held:
+        warnings.append(f"balancing bodies start as held, as their steady phases are not computed: {plan.bodies.why_held}")
+    return warnings
+
+
+def _rotors_assumed(plan: Plan) -> list[str]:
+    """Where several rotors start, as a statement: on their phases to each other depends what vibrates."""
+    rotors, angles = plan.machine.rotors, angles_in(plan.machine, plan.initial)
+    return [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
+
+
+def _carrier_assumed(plan: Plan) -> list[str]:
+    """How the carrier starts, as a statement; none where it cannot move, or where the start says it."""
+    if plan.carrier in (CarrierStart.FIXED, CarrierStart.GIVEN):
+        return []
+    at_first = "in the steady vibration of its speed" if plan.carrier is CarrierStart.STEADY else "at rest"
+    return [f"the carrier starts {at_first}"]
+
+
+def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
+    """How it ends, in words and numbers, by the last tenth of the run, or by what follows the first reversal if that is less.
+
+    ``failed``: it could not be integrated further. ``stopped``: below a ten-thousandth of the speed at the start.
+    ``oscillating``: turned back at least twice, and less than a turn was made. Else no outcome: it still turns, or creeps on.
+    """
+    time, start = record.rows["time"], abs(record.start_speed)
+    since = time[-1] - _LAST * (time[-1] - time[0])
+    if record.reversals:
+        since = min(max(since, record.reversals[0]), float(time[-2]))
+    late = {name: column[time >= since] for name, column in record.rows.items()}
+    low, high = float(late["min_speed"].min()), float(late["max_speed"].max())
+    duration = float(late["time"][-1] - late["time"][0])
+    mean = float((late["angle"][-1] - late["angle"][0]) / duration) if duration else float(late["speed"][-1])
+    speed = mean if record.reversals or not record.turns.size else record.turns[1, -1]
+    turning = "the rotor has turned back" if record.reversals else "the rotor still turns"
+    outcome, sentence = None, f"{turning}, at {100 * abs(speed / start):.3g} % of its speed at the start"
+    if record.end.failure:
+        outcome = Outcome.FAILED
+    elif max(abs(low), abs(high)) <= AT_REST * start:
+        outcome = Outcome.STOPPED
+    elif len(record.reversals) >= 2 and np.ptp(late["angle"]) < 2 * math.pi:
+        outcome = Outcome.OSCILLATING
+    ending = outcome.sentence if outcome else sentence
+    return ending, [
+        Quantity("outcome", outcome and str(outcome), "outcome"),
+        Quantity("sentence", ending, "how it ends"),
+        Quantity("final_speed", mean, "mean speed of the rotor at the end", unit),
+        Quantity("min_speed", low, "least speed of the rotor at the end", unit),
+        Quantity("max_speed", high, "greatest speed of the rotor at the end", unit),
+    ]
+
+
+_STARTS = {
+    "steady": "it starts in the steady vibration of its speed",
+    "rest": "the carrier starts at rest",
+    "given": "the carrier starts as study.start says",
+    "fixed": "the carrier moves as prescribed",
+}
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a coast-down."""
+    s, lines = result.wucht.summary, ReportLines(result)
+    lines.add("speed", "{start_speed} at the start, {final_speed} on average at the end")
+    lines.add("halved", "not within this time" if s["half_time"] is None else "after {half_time:.5g}")
+    lines.add("turns back", "at {reversal_time:.6g}")
+    lines.add("turned", "{turns:.5g} times in {end_time:.5g}")
+    lines.add("amplitude", f"{{peak_amplitude}} at most, at {{peak_speed}}; {_STARTS[s['carrier_start']]}")
+    lines.add("energy", "balance closed to {energy_residual:.1e}")
+    return lines.report(f"{s['outcome'].upper()}: {s['sentence']}" if s["outcome"] else s["sentence"])
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Two panels (three where the carrier moves) from a coast-down's Dataset alone."""
+    moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
+    heights = [2.0] * (1 + moves) + [RESIDUAL]
+    drawn, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
+    _speed(axes[0], result)
+    if moves:
+        amplitude, name = printed(result, "amplitude")
+        axes[1].plot(result.time, amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
+        axes[1].set(ylabel=name, ylim=(0, None))
+    draw_residual(axes[-1], result.time.values, result.energy_residual.values)
+    if result.sizes["time"] > 1:
+        axes[-1].set_xlim(float(result.time[0]), float(result.time[-1]))
+    axes[-1].set_xlabel(abscissa_label(result, "time"))
+    for axis in axes[:-1]:
+        legend_beside(axis)
+    return drawn
+
+
+def _speed(axis: Axes, result: xr.Dataset) -> None:
+    """The mean over each turn, the band within which the speed swings, and the two times that are asked for."""
+    summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
+    start, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
+    low, high, pale = result.min_speed, result.max_speed, COLOURS[4]
+    axis.fill_between(time, low, high, color=pale, alpha=0.5, linewidth=0, label="range of the speed")
+    if result.sizes["turn"] > 1:
+        axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label="mean over a turn")
+    else:
+        axis.plot(time, result.speed, color=blue, linewidth=1.3, label="speed")
+    natural = np.unique(np.round(result.natural_frequency.values, 9))
+    mark_levels(axis, np.sign(start) * natural[np.abs(natural) <= 1.05 * abs(start)], "natural frequency")
+    if half_time is not None:
+        axis.plot([half_time], [start / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
+    if reversal_time is not None:
+        axis.plot([reversal_time], [0.0], "s", color=COLOURS[2], markersize=5, zorder=4, label="turns back")
+        axis.axhline(0.0, color=GREY, linewidth=0.6)
+        after = time.values >= reversal_time
+        axis.plot(time[after], result.speed[after], color=blue, linewidth=0.5)
+    name_speeds(axis, result)

@@ -1,1 +1,0 @@
-"""The study ``coast-down``: switch the drives off and see how the machine comes to rest."""

@@ -1,0 +1,419 @@
+"""The resonance curve of a machine whose drive is moved slowly up and down: its jumps and its hysteresis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from wucht.analysis.working_points import energy_scale
+from wucht.dynamics.parameters import parameter_of, range_of
+from wucht.dynamics.run_ups.initial_state import initial_state, placed
+from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE, Jump, candidates, find_jump
+from wucht.dynamics.sweeps.moving import IntegrationError, Leg, MovedMachine, Mover, Place, moving_system
+from wucht.dynamics.sweeps.pace import pace_of, rate_unit
+from wucht.dynamics.work import Work
+from wucht.errors import InputError
+from wucht.machines.changes import release_events
+from wucht.machines.limits import check_values
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed
+from wucht.numerics.flow.compiled import compile_system
+from wucht.plots.scales import name_speeds
+from wucht.plots.sheet import legend_beside, new_figure
+from wucht.plots.style import COLOURS, FREE, line_style
+from wucht.results.formatting import ReportLines, label, named, printed_unit, with_unit
+from wucht.results.quantities import Quantity, answer, table
+from wucht.schema import Parameter, Unit, read_quantity
+from wucht.studies.motion_variables import parameter_values
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Value
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SENSE = {"up": "rising", "down": "falling"}  # of the swept parameter
+
+
+class Sweep(Spec):
+    """Move the parameter ``along``, the swept parameter, through ``range``, so slowly that the machine follows."""
+
+    kind: ClassVar[str] = "sweep"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
+    solves: ClassVar[str] = FULL
+    from_start: ClassVar[bool] = True
+
+    along: Path = Field(description="path of the parameter that is swept")
+    range: Pair
+    rate: Value | None = Field(None, title="rate of the parameter", description=(
+        "rate of the parameter, in its unit a unit of time; by default the range takes a thousand times as long as the machine "
+        "takes to answer"
+    ))  # fmt: skip
+    direction: Literal["both", "up", "down"] = Field(
+        "both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
+    )
+    start: Start = Field(default_factory=dict, description=(
+        "initial state; the machine starts there with the parameter at its first value, and settles"
+    ))  # fmt: skip
+    jump_tolerance: float = Field(JUMP_TOLERANCE, ge=1e-8, le=0.1, description="relative tolerance of the values of jumps")
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    engine: Engine | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be done. moved: the machine with the swept parameter at its first value.
+
+    low, high: values of the swept parameter. ways: from which to which value it goes ``"up"`` or ``"down"``, in their order.
+    """
+
+    spec: Sweep
+    moved: MovedMachine
+    swept: Parameter
+    low: float
+    high: float
+    ways: dict[str, tuple[float, float]]
+
+
+def prepare(spec: Sweep, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    swept = parameter_of(machine, spec.along)
+    low, high = range_of(Unit(swept.unit, swept.what), spec.range)
+    rate = _rate(spec, machine, swept)
+    if machine.schedules:
+        raise InputError("machine.schedules", None, "not allowed in a sweep: the machine would change by itself")
+    if machine.shaking is not None and swept.path == machine.shaking[1].name:
+        raise InputError("study.along", swept.path, "not allowed: the phase of the motion would run away")
+    if swept.path in {f"{b.name}.{key}" for b in machine.bodies for key in ("locked", "release.time", "release.speed")}:
+        raise InputError("study.along", swept.path, "not allowed: it says when a body is released")
+    for i, value in enumerate((low, high)):
+        check_values(machine.parts, {swept.path: value}, f"study.range[{i}]", machine.values)
+    ways = {way: ends for way, ends in (("up", (low, high)), ("down", (high, low))) if spec.direction in (way, "both")}
+    machine = machine.with_unchecked({swept.path: next(iter(ways.values()))[0]})
+    initial = initial_state(machine, spec.start)
+    machine = placed(machine, initial)
+    moved = MovedMachine(machine, initial, swept.path, pace_of(machine, swept.path, low, high, rate), energy_scale(machine))
+    return Plan(spec, moved, swept, low, high, ways)
+
+
+def _rate(spec: Sweep, machine: Machine, swept: Parameter) -> float | None:
+    """The rate of the parameter, None if it is not given. Raises ``InputError``."""
+    if spec.rate is None:
+        return None
+    time, what = machine.units.time, f"rate of the {swept.what}"
+    rate = read_quantity(Unit(f"{swept.unit or '1'}/{time}" if time else swept.unit, what), spec.rate, "study.rate")
+    if rate <= 0:
+        unit = f", in {rate_unit(machine, swept.path)}" if time else ""
+        raise InputError("study.rate", spec.rate, f"must be a {what} greater than 0{unit}")
+    return rate
+
+
+_TOO_FAST = 0.01  # by how much the speed may change after a ramp, relative to the largest of the sweep
+_TURNS_A_UNIT, _MOST_LEGS_A_UNIT = 500, 20
+_SETTLED_SHARE, _RAMP_SHARE, _JUMPS_SHARE = 0.02, 0.5, 0.55  # of the time of a way: what of it is done after each part
+
+
+@dataclass(frozen=True)
+class Findings:
+    """ramps: the legs of each way, as far as it was gone. jumps: in the order in which they happen. warnings: what is doubtful.
+
+    failure: why the sweep ended early. complete: whether all ramps were made and searched for jumps. engine: of integration.
+    """
+
+    engine: str
+    warnings: tuple[str, ...]
+    ramps: dict[str, tuple[Leg, ...]] = field(default_factory=dict)
+    jumps: tuple[Jump, ...] = ()
+    failure: str | None = None
+    complete: bool = False
+
+    @property
+    def all_legs(self) -> list[Leg]:
+        """Of all ramps."""
+        return [leg for legs in self.ramps.values() for leg in legs]
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """Move the machine; what was found after each part of a ramp and each search. A failure ends the sweep, with a sentence."""
+    machine = plan.moved.machine
+    moving, events = moving_system(machine, plan.swept.path), release_events(machine)
+    compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
+    mover = Mover(plan.moved, compiled, _at(work, 0.0, "settling"))
+    driven, ways = (plan.moved.pace.driven, 0.0), len(plan.ways)
+    findings = Findings(compiled.engine.name, plan.moved.pace.warnings)
+    yield findings
+    try:
+        settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
+        findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled, steady, "before the sweep"))
+        for k, way in enumerate(plan.ways):
+            part = work.part(way, k / ways, (k + 1) / ways)
+            for legs in _ramp(plan, mover, settled.place, way, part):
+                findings = replace(findings, ramps=findings.ramps | {way: legs})
+                yield findings
+            speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
+            at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
+            settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
+            doubts = _doubts(plan, settled, steady, f"after the way {way}", findings.all_legs)
+            findings = replace(findings, warnings=findings.warnings + doubts)
+            yield findings
+            for jump in _jumps(mover, legs, plan.spec.jump_tolerance, part.part("jump", _JUMPS_SHARE, 1.0)):
+                findings = replace(findings, jumps=(*findings.jumps, jump))
+                yield findings
+        work.report(1.0)
+        yield replace(findings, complete=True)
+    except IntegrationError as error:
+        yield replace(findings, failure=str(error))
+
+
+def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[Leg, ...]]:
+    """One ramp in equal legs: those made so far after each unit of them. place: where it begins."""
+    step, samples, begun = plan.moved.pace.step, plan.moved.pace.samples, place.time
+    turns = step * plan.moved.pace.fastest / (2 * math.pi)
+    count = max(1, min(_MOST_LEGS_A_UNIT, round(_TURNS_A_UNIT / turns)))
+
+    def report(time: float) -> None:
+        work.report(_SETTLED_SHARE + (_RAMP_SHARE - _SETTLED_SHARE) * (time - begun) / (samples * step), SENSE[way])
+
+    ramping, legs = replace(mover, report=report), tuple[Leg, ...]()
+    values = np.linspace(*plan.ways[way], samples + 1)[1:]
+    for begin in range(0, samples, count):
+        unit = partial(_legs, ramping, place, step, values[begin : begin + count].tolist())
+        more, failure = work.unit(f"legs {begin + 1} on", unit)
+        legs += more
+        yield legs
+        if failure:
+            raise IntegrationError(failure)
+        place = legs[-1].place
+
+
+def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> tuple[tuple[Leg, ...], str | None]:
+    """Legs to one value after the other, as far as they can be integrated, and why there are no more."""
+    legs = list[Leg]()
+    for value in values:
+        try:
+            legs.append(mover.leg(place, step, value))
+        except IntegrationError as error:
+            return tuple(legs), str(error)
+        place = legs[-1].place
+    return tuple(legs), None
+
+
+def _jumps(mover: Mover, legs: Sequence[Leg], tolerance: float, work: Work) -> Iterator[Jump]:
+    """The jumps of one ramp."""
+    pairs = candidates(mover, legs)
+    for i, (first, last) in enumerate(pairs):
+        searching = replace(mover, report=_at(work, i / len(pairs), f"jump {i + 1} of {len(pairs)} at most"))
+        jump = work.unit(str(i + 1), partial(find_jump, searching, legs, first, last, tolerance))
+        if jump is not None:
+            yield jump
+
+
+def _at(work: Work, share: float, what: str) -> Callable[[float], None]:
+    """What a mover reports while it is not known how long it takes."""
+    return lambda _: work.report(share, what)
+
+
+def _doubts(plan: Plan, settled: Leg, steady: bool, when: str, legs: Sequence[Leg] = ()) -> tuple[str, ...]:
+    """Warnings where the machine did not settle, or did not follow to the end of a ramp. legs: of all ramps so far."""
+    doubts, speed = list[str](), f"{settled.speed:.5g} {plan.moved.machine.units.speed}".strip()
+    if not steady:
+        doubts.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
+    largest = max(abs(leg.speed) for leg in (settled, *legs))
+    if legs and legs[-1].modulation < _TOO_FAST and abs(settled.speed - legs[-1].speed) > _TOO_FAST * largest:
+        doubts.append(
+            f"the sweep is too fast: {when} the speed still changed from {legs[-1].speed:.5g} to {speed}; "
+            f"give a rate below {plan.moved.pace.rate:.3g} {plan.moved.pace.rate_unit}"
+        )
+    return tuple(doubts)
+
+
+_FREE_SPEEDS = 21
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a sweep."""
+    pace, swept = plan.moved.pace, plan.swept
+    quantities = [*_of_jumps(plan, findings), *_of_question(plan), *_of_ramps(plan, findings)]
+    more = {"along": swept.path, "along_unit": swept.unit, "rate": pace.rate, "engine": findings.engine}
+    return answer(quantities, _sentence(plan, findings), _warnings(findings), (), findings.failure, **more)
+
+
+def _of_jumps(plan: Plan, findings: Findings) -> list[Quantity]:
+    """The jumps, in the summary with the value of the parameter under its path."""
+    swept, jumps, speed, length = plan.swept, findings.jumps, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit
+    parts = {
+        swept.path: (swept.words, swept.unit),
+        "from_speed": ("speed before the jump", speed),
+        "to_speed": ("speed after the jump", speed),
+        "direction": ("direction in which the parameter moves", ""),
+        "from_amplitude": ("amplitude before the jump", length),
+        "to_amplitude": ("amplitude after the jump", length),
+        "fold": ("whether the branch ends in a parabola there", ""),
+        "only_seen": ("whether it is known from the ramp alone", ""),
+        "bracket": ("values between which the branch ends", swept.unit),
+    }
+    rows = [{swept.path if key == "value" else key: x for key, x in asdict(j).items()} for j in jumps]
+    columns = {"value": swept.path, "from": "from_speed", "to": "to_speed"} | {n: n for n in ("from_amplitude", "to_amplitude")}
+    return [
+        *table("jumps", rows, "jumps, in the order in which they happen", parts),
+        *(Quantity(f"jump_{n}", [row[part] for row in rows], *parts[part], "jump") for n, part in columns.items()),
+        Quantity("jump_upward", [int(j.direction == "up") for j in jumps], "1 where the parameter rises", "", "jump"),
+    ]
+
+
+def _of_question(plan: Plan) -> list[Quantity]:
+    """What is swept, how fast, and what the drive reaches meanwhile without vibration."""
+    machine, swept, pace = plan.moved.machine, plan.swept, plan.moved.pace
+    grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
+    free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
+    return [
+        Quantity("along", swept.path, "swept parameter"),
+        Quantity("along_unit", swept.unit, "unit of the swept parameter"),
+        Quantity("range", [plan.low, plan.high], "lowest and highest value of the parameter", swept.unit),
+        Quantity("rate", pace.rate, "rate of the parameter", pace.rate_unit),
+        Quantity("rate_unit", pace.rate_unit, "unit of the rate"),
+        Quantity("rate_chosen", plan.spec.rate is None, "whether the rate is the program's choice"),
+        Quantity("jump_tolerance", plan.spec.jump_tolerance, "relative tolerance of the values of jumps"),
+        Quantity("grid", grid, swept.words, swept.unit, "grid"),
+        Quantity("free_speed", np.array(free, float), "speed reached without vibration", machine.units.speed, "grid"),
+        *parameter_values(machine),
+    ]
+
+
+def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
+    """What is read off the ramps, not a number where one ended early."""
+    swept, speed, length, legs = plan.swept, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit, findings.all_legs
+    peak, residual = (max((getattr(leg, n) for leg in legs), default=None) for n in ("amplitude", "energy_residual"))
+    ends = {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r}
+    parts = {"from_speed": ("speed at its begin", speed), "to_speed": ("speed at its end", speed)}
+    readings = {
+        "value": ("value", swept.words, swept.unit),
+        "speed": ("speed", "mean speed", speed),
+        "min_speed": ("low", "least speed, mean over a turn", speed),
+        "max_speed": ("high", "largest speed, mean over a turn", speed),
+        "amplitude": ("amplitude", "amplitude of the axis", length),
+        "energy_residual": ("energy_residual", "energy residual, relative", ""),
+    }
+    return [
+        Quantity("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep", "", "direction"),
+        *(Quantity(n, _table(plan, findings, of), what, u, "direction sample") for n, (of, what, u) in readings.items()),
+        Quantity("hysteresis", hysteresis(findings.jumps), "values between which the state depends on the way", swept.unit),
+        Quantity("peak_amplitude", peak, "largest amplitude of the axis", length, headline=True),
+        Quantity("energy_residual", residual, "largest relative error of the energy balance"),
+        Quantity("ends", ends, "speeds at the ends of each ramp", parts=parts),
+    ]
+
+
+def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
+    rows = [[getattr(leg, key) for leg in legs] for legs in findings.ramps.values()]
+    samples = plan.moved.pace.samples
+    return np.array([row + [math.nan] * (samples - len(row)) for row in rows]).reshape(len(rows), samples)
+
+
+def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
+    """Between which values the state depends on the direction in which the parameter is moved; None where it does not."""
+    up, down = ([j.value for j in jumps if j.direction == way] for way in ("up", "down"))
+    return [min(down), max(up)] if up and down and min(down) < max(up) else None
+
+
+def _warnings(findings: Findings) -> list[str]:
+    only_seen = [
+        f"the jump near {j.value:.5g} is only known to lie between {j.bracket[0]:.6g} and {j.bracket[1]:.6g}: where the "
+        "parameter is held before it, the machine does not stay in the state of the sweep; a lower rate shows where it goes"
+        for j in findings.jumps
+        if j.only_seen
+    ]
+    end = findings.failure or ("" if findings.complete else "the sweep is not finished: jumps may be missing")
+    return [*findings.warnings, *only_seen, *([end] if end else [])]
+
+
+def _sentence(plan: Plan, findings: Findings) -> str:
+    path = plan.swept.called
+    if findings.failure:
+        return "the sweep failed"
+    if not findings.complete:
+        return "the sweep was interrupted"
+    if not findings.jumps:
+        return f"no jump: the machine follows {path} between {plan.low:.5g} and {plan.high:.5g}"
+    jumps = []
+    for j in findings.jumps:
+        what = f"speed jumps from {j.from_speed:.5g} to {j.to_speed:.5g}"
+        if math.isclose(j.from_speed, j.to_speed, rel_tol=1e-4):
+            what = f"amplitude jumps from {j.from_amplitude:.4g} to {j.to_amplitude:.4g}"
+        jumps.append(f"at {plan.swept.at(j.value)} {SENSE[j.direction]} the {what}")
+    return "; ".join(jumps)
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a sweep."""
+    s, lines = result.wucht.summary, ReportLines(result)
+    jumps, (low, high), unit = s["jumps"], s["range"], f" {s['along_unit']}" if s["along_unit"] else ""
+    chosen = " (chosen: so slow that the machine follows)" if s["rate_chosen"] else ""
+    lines.add("sweep", f"{{along}} from {low:.5g} to {high:.5g}{unit} at {{rate:.3g}}{chosen}")
+    for way, ends in s["ends"].items():
+        lines.add(way, "{from_speed} to {to_speed}", ends, "ends")
+    for jump in jumps:
+        lines.add("jump", f"{SENSE[jump['direction']]}, at {s['along']} = {jump[s['along']]:.6g}{unit}:")
+        lines.add("", "speed {from_speed} to {to_speed}", jump, "jumps")
+        lines.add("", "amplitude {from_amplitude} to {to_amplitude}", jump, "jumps")
+    if s["hysteresis"]:
+        between = "{:.6g} and {:.6g}".format(*s["hysteresis"])
+        lines.add("hysteresis", f"between {between}{unit} the state depends on where the machine comes from")
+    if jumps:
+        lines.add("accuracy", "{jump_tolerance:.0e} of these values, found by holding {along}: not late by the rate")
+    lines.add("energy", "balance closed to {energy_residual:.1e}")
+    count = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(jumps), f"{len(jumps)} JUMPS")
+    return lines.report(s["sentence"].upper() if s["sentence"].startswith("the sweep") else count)
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Two panels from a sweep's Dataset alone."""
+    drawn, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
+    scale, unit = printed_unit(result, "amplitude")
+    for i, way in enumerate(str(d) for d in result.direction.values):
+        ramp = result.sel(direction=way)
+        style = line_style(i) | {"linewidth": 1.4, "label": SENSE[way], "zorder": 3 - 0.1 * i}
+        speed.plot(ramp.value, ramp.speed, **style)
+        amplitude.plot(ramp.value, scale * ramp.amplitude, **style)
+        speed.fill_between(ramp.value, ramp.min_speed, ramp.max_speed, color=style["color"], alpha=0.25, linewidth=0)
+    _draw_jumps(speed, result, result.jump_from.values, result.jump_to.values)
+    _draw_jumps(amplitude, result, scale * result.jump_from_amplitude.values, scale * result.jump_to_amplitude.values)
+    low, high = speed.get_ylim()
+    if np.isfinite(result.free_speed).any():
+        speed.plot(result.grid, result.free_speed, label="no-load speed", zorder=1, **FREE)
+        speed.set_ylim(low, max(high, min(high * 1.1, float(np.nanmax(result.free_speed)))))
+    name_speeds(speed, result)
+    amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
+    amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
+    amplitude.set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
+    for axis in (speed, amplitude):
+        legend_beside(axis)
+    return drawn
+
+
+def _subtitle(result: xr.Dataset) -> str:
+    """Where it jumps; else the answer in words."""
+    jumps, along, unit = result.wucht.summary["jumps"], result.attrs["along"], result.attrs["along_unit"]
+    if not jumps or not result.attrs["finished"]:
+        return str(result.attrs["sentence"])
+    values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
+    return f"it jumps at {_what(result)} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
+
+
+def _what(result: xr.Dataset) -> str:
+    return named(result.attrs["along"], str(result.grid.attrs["long_name"]))
+
+
+def _draw_jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray) -> None:
+    """An arrow from where each branch ends to where the machine lands."""
+    for k, at in enumerate(result.jump_value.values):
+        colour = COLOURS[0] if result.jump_upward.values[k] else COLOURS[1]
+        axis.plot([at], [before[k]], "o", color=colour, markersize=5, zorder=5, label="end of a branch" if k == 0 else None)
+        arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.0, "shrinkA": 3, "shrinkB": 0}
+        axis.annotate("", xy=(at, after[k]), xytext=(at, before[k]), zorder=5, arrowprops=arrow)

@@ -1,1 +1,0 @@
-"""The study ``sweep``: move a parameter slowly up and down, and find where the machine jumps."""
