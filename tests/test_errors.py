@@ -12,7 +12,7 @@ from wucht.dynamics.sweeps.moving import IntegrationError
 from wucht.errors import FieldError, InputError, RunError, WuchtError, code_of, nearest
 from wucht.mechanics.trigonometric import NotTrigonometricError
 from wucht.numerics.flow.events import LegError
-from wucht.studies.approximation.order import UnmeasuredError
+from wucht.studies.approximation.computation import UnmeasuredError
 
 
 def fields(error: InputError) -> tuple[object, ...]:

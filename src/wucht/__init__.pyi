@@ -26,7 +26,7 @@ from .studies.comparison.spec import Comparison as Comparison
 from .studies.entrainment.spec import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.spec import FailureDetection as FailureDetection
-from .studies.load_spectrum.machine_or_records import Records as Records
+from .studies.load_spectrum.computation import Records as Records
 from .studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.approximation.order import weakened
+from wucht.studies.approximation.computation import weakened
 
 PHASES = {"p1": -0.5, "p2": 0.7}
 PENDULUM = {"kind": "pendulum", "about": "drum", "inertia": 1.69e-3, "damping": 0.169}

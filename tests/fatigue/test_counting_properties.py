@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 from pylife.stress.rainflow import FourPointDetector, LoopValueRecorder
 
 from wucht.fatigue.counted_cycles import Cycles, RangeMeanMatrix, distance
-from wucht.fatigue.counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys, rainflow, range_pairs
-from wucht.fatigue.turning_points import turning_points
+from wucht.fatigue.counting import (
+    cycles_of_levels,
+    cycles_of_peaks,
+    level_crossings,
+    peaks_and_valleys,
+    rainflow,
+    range_pairs,
+    turning_points,
+)
 
 LISTS = st.lists(st.integers(-20, 20), min_size=2, max_size=80)
 HISTORIES = LISTS.map(lambda v: np.array(v, dtype=float))

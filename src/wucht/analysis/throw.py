@@ -13,7 +13,7 @@ import numpy as np
 
 from wucht.analysis.vibration import Forced
 from wucht.machines.machine import Machine
-from wucht.numerics.peaks import between_samples, extremes
+from wucht.numerics.zeros_and_peaks import between_samples, extremes
 
 _SHORT = 1e-2  # of the median step of samples
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)

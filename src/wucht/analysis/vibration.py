@@ -23,7 +23,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.parts.base import Body
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros_and_peaks import crossings
 
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
 _BEYOND = 10.0  # times the highest natural frequency there are no maxima any more

@@ -19,7 +19,7 @@ from wucht.machines.parts.coulomb_load import CoulombLoad
 from wucht.machines.parts.table_load import TableLoad
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros_and_peaks import crossings
 
 _NO_DECAY = 1e-6  # of its frequency: a rate below it is rounding
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]

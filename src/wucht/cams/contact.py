@@ -20,7 +20,7 @@ from wucht.cams.linkages.closure import LeverMotion
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID, Arc, arcs_below_zero, valleys
 from wucht.numerics.harmonics import Harmonics
-from wucht.numerics.zeros import RealFunction
+from wucht.numerics.zeros_and_peaks import RealFunction
 
 _Function = Law | Harmonics
 Speed = float | np.ndarray | Law | Harmonics

@@ -14,7 +14,7 @@ from wucht.cams.demands import millimetres
 from wucht.cams.undercut import RadiusAt
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID, Arc, valleys
-from wucht.numerics.zeros import RealFunction
+from wucht.numerics.zeros_and_peaks import RealFunction
 
 CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 _GUIDES = {"rad": "lever", "m": "rod"}

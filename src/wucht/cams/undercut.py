@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from wucht.numerics.angles import GRID, STEP, TURN, Arc, narrowed, valleys
-from wucht.numerics.zeros import RealFunction
+from wucht.numerics.zeros_and_peaks import RealFunction
 
 NEAREST = 16  # golden sections of two steps: to 1e-6 rad, and what is least to the square of it
 _SHRINKINGS = 60  # at most; a few are enough

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.counting import closed_cycles, half_cycles
-from wucht.fatigue.turning_points import turning_points
+from wucht.fatigue.counting import closed_cycles, half_cycles, turning_points
 
 
 @dataclass(frozen=True)

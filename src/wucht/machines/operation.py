@@ -17,7 +17,7 @@ from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.program import number_function
-from wucht.numerics.zeros import first_where
+from wucht.numerics.zeros_and_peaks import first_where
 
 MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium

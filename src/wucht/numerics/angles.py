@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.zeros import RealFunction, crossings
+from wucht.numerics.zeros_and_peaks import RealFunction, crossings
 
 _ROUNDING = 1e-9  # rad
 Arc = tuple[float, float]

@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros_and_peaks import crossings
 
 _MANY, _DENSE = 64, 16  # harmonics whose companion matrix takes too long; looked at so densely they show their extrema
 _BLOCK = 16  # powers of a wave that are multiplied out; of their highest the further ones follow by Horner's scheme

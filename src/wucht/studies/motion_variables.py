@@ -9,14 +9,14 @@ import numpy as np
 
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.dynamics.verdicts.locking import is_locking, rotor_phases
-from wucht.dynamics.verdicts.observables import Orbit, Rows, balanced
+from wucht.dynamics.verdicts.observation import Orbit, Rows, balanced
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.records import Spans
-from wucht.numerics.peaks import envelope
+from wucht.numerics.zeros_and_peaks import envelope
 from wucht.results.quantities import Quantity
 from wucht.schema import in_words
 

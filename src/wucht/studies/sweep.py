@@ -15,8 +15,7 @@ from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE, Jump, candidates, find_jump
-from wucht.dynamics.sweeps.moving import IntegrationError, Leg, MovedMachine, Mover, Place, moving_system
-from wucht.dynamics.sweeps.pace import pace_of, rate_unit
+from wucht.dynamics.sweeps.moving import IntegrationError, Leg, MovedMachine, Mover, Place, moving_system, pace_of, rate_unit
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.changes import release_events

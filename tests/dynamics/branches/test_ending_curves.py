@@ -18,8 +18,7 @@ from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import DOUBLE, PlaneCurve, PlanePoint
-from wucht.dynamics.branches.steady_states import BranchSettings
-from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.dynamics.branches.steady_states import BranchSettings, SystemEquilibria
 from wucht.errors import RunError
 from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.connection_starts import Waiting

@@ -25,8 +25,7 @@ from wucht.dynamics.branches.modulated_motion import (
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, connection_curve, transverse_exponent
-from wucht.dynamics.branches.steady_states import BranchSettings
-from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.dynamics.branches.steady_states import BranchSettings, SystemEquilibria
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION

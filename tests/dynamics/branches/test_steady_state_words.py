@@ -19,8 +19,7 @@ from wucht.dynamics.branches.first_orbits import orbit_near
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.second_parameter import SecondParameter, curve_through
-from wucht.dynamics.branches.steady_states import BranchSettings, Kind
-from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.dynamics.branches.steady_states import BranchSettings, Kind, SystemEquilibria
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine

@@ -17,7 +17,7 @@ from wucht.dynamics.sampling.searches import (
     variables_of,
 )
 from wucht.studies.capture_probability.computation import interval
-from wucht.studies.capture_probability.sensitivity import REPLICATES, points
+from wucht.studies.capture_probability.distributions import REPLICATES, points
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.study_file import read_study
 

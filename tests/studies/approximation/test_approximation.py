@@ -20,11 +20,22 @@ from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.approximation import computation as comparison_module
+from wucht.studies.approximation import computation as order_module
 from wucht.studies.approximation import computation as run_module
-from wucht.studies.approximation import order as order_module
 from wucht.studies.approximation.answer import regions
-from wucht.studies.approximation.computation import CURVE, OWN, Comparison, Plan, changes_at, prepare
-from wucht.studies.approximation.order import FACTORS, Errors, UnmeasuredError, errors, nominal
+from wucht.studies.approximation.computation import (
+    CURVE,
+    FACTORS,
+    OWN,
+    Comparison,
+    Errors,
+    Plan,
+    UnmeasuredError,
+    changes_at,
+    errors,
+    nominal,
+    prepare,
+)
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.runner import draw, run
 

@@ -13,9 +13,8 @@ from tests.hand_made import titled, warnings_of, with_answer
 
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
-from wucht.studies.approximation import order
-from wucht.studies.approximation.computation import CURVE, Comparison, Findings
-from wucht.studies.approximation.order import Errors, UnmeasuredError, errors
+from wucht.studies.approximation import computation
+from wucht.studies.approximation.computation import CURVE, Comparison, Errors, Findings, UnmeasuredError, errors
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.registry import study_of
 
@@ -139,11 +138,11 @@ def test_schedules_do_not_become_slower(plan: Any) -> None:
 
 def test_why_there_is_no_order(plan: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(order, "watched", lambda _: [])
+        patch.setattr(computation, "watched", lambda _: [])
         assert unmeasured(plan) == "at 1 epsilon all speeds are prescribed"
-    real = order.integrate
+    real = computation.integrate
     with monkeypatch.context() as patch:
-        patch.setattr(order, "integrate", lambda *of, **more: replace(real(*of, **more), failure="it burst"))
+        patch.setattr(computation, "integrate", lambda *of, **more: replace(real(*of, **more), failure="it burst"))
         assert unmeasured(plan) == "at 1 epsilon the slow equations fail: it burst"
     calls = []
 
@@ -152,7 +151,7 @@ def test_why_there_is_no_order(plan: Any, monkeypatch: pytest.MonkeyPatch) -> No
         return replace(real(*of, **more), failure="it burst") if of[0] is not calls[0][0] else real(*of, **more)
 
     with monkeypatch.context() as patch:
-        patch.setattr(order, "integrate", second_fails)
+        patch.setattr(computation, "integrate", second_fails)
         assert unmeasured(plan) == "at 1 epsilon the full equations fail: it burst"
     with monkeypatch.context() as patch:
         seen = SimpleNamespace(states=np.full((9, 2000), np.nan))

@@ -11,7 +11,7 @@ from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import damped
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.approximation.order import STRENGTH, values_at, weakened
+from wucht.studies.approximation.computation import STRENGTH, values_at, weakened
 from wucht.system import System
 
 MACHINES = (

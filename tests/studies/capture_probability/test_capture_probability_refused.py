@@ -10,7 +10,7 @@ from tests.refusals import Refusal, refused
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.capture_probability import sensitivity
+from wucht.studies.capture_probability import distributions
 from wucht.studies.capture_probability.computation import prepare
 from wucht.studies.capture_probability.spec import CaptureProbability
 
@@ -159,7 +159,7 @@ def test_without_salib_the_sensitivity_is_refused_before_the_first_run(monkeypat
     def missing(name: str) -> None:
         raise ImportError(name)
 
-    monkeypatch.setattr(sensitivity, "import_module", missing)
+    monkeypatch.setattr(distributions, "import_module", missing)
     spec = CaptureProbability(along="drive.slope", range=[0.01, 0.02], random=TWO, samples=64, sensitivity=True, at=0.01)
     with refused("study.sensitivity", "wucht[sensitivity]", given=True):
         prepare(spec, R1)

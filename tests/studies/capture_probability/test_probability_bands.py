@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.stats import beta, binomtest
 
 from wucht.studies.capture_probability.computation import band, clopper_pearson, interval
-from wucht.studies.capture_probability.sensitivity import REPLICATES, points
+from wucht.studies.capture_probability.distributions import REPLICATES, points
 
 TIMES, EACH = 400, 16
 

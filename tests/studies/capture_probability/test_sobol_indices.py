@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.studies.capture_probability import sensitivity
-from wucht.studies.capture_probability.sensitivity import cross_sampled, indices, library
+from wucht.studies.capture_probability import distributions
+from wucht.studies.capture_probability.distributions import cross_sampled, indices, library
 
 
 def test_what_does_not_enter_does_not_matter() -> None:
@@ -80,7 +80,7 @@ def test_without_the_library_that_is_said(monkeypatch: pytest.MonkeyPatch) -> No
     def missing(name: str) -> None:
         raise ImportError(name)
 
-    monkeypatch.setattr(sensitivity, "import_module", missing)
+    monkeypatch.setattr(distributions, "import_module", missing)
     with refused("study.sensitivity", "wucht[sensitivity]", given=True) as raised:
         library()
     assert raised.value.where == "study.sensitivity"

@@ -15,8 +15,8 @@ import pytest
 from tests.refusals import refused
 
 from wucht.dynamics.entrainment.averaged_equations import AveragedEquations
-from wucht.dynamics.entrainment.branches import Continuation
 from wucht.dynamics.entrainment.entrainment_case import swept_parameter
+from wucht.dynamics.entrainment.existence import Continuation
 from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, capture_band, values_to_run
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

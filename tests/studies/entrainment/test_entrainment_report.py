@@ -11,9 +11,8 @@ import pytest
 import xarray as xr
 from tests.hand_made import titled, warnings_of, with_answer
 
-from wucht.dynamics.entrainment.branches import Edge, StableRange
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
-from wucht.dynamics.entrainment.existence import Existence
+from wucht.dynamics.entrainment.existence import Edge, Existence, StableRange
 from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotions
 from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, RunsFromStart
 from wucht.dynamics.work import Work

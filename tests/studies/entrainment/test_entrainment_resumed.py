@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.dynamics.entrainment.branches import Continuation
+from wucht.dynamics.entrainment.existence import Continuation
 from wucht.dynamics.entrainment.locked_motions import LockedMotions
 from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.errors import InputError

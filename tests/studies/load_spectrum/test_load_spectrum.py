@@ -15,7 +15,7 @@ from scipy.io import wavfile
 
 import wucht
 from wucht.fatigue.counting import rainflow
-from wucht.studies.load_spectrum.machine_or_records import Records
+from wucht.studies.load_spectrum.computation import Records
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
-from wucht.numerics.zeros import RealFunction, crossings, first_where
+from wucht.numerics.zeros_and_peaks import RealFunction, crossings, first_where
 
 EVEN = 1e-9  # relative: sides of the force polygon of which the longest is all others together leave no polygon
 _REPELLING = 200  # steps in which bodies of a family move apart

@@ -18,7 +18,7 @@ import numpy as np
 from wucht.cams.laws.programs import REMEDY, InfeasibleError, Programme, solved
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics
-from wucht.numerics.zeros import fewest_where
+from wucht.numerics.zeros_and_peaks import fewest_where
 
 _PER_HARMONIC = 6  # angles on a whole turn that are looked at first, times the number of harmonics
 _BROKEN = 1e-6  # of what is allowed: less is not broken

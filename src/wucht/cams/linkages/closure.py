@@ -21,7 +21,7 @@ import numpy as np
 from wucht.cams.demands import degrees
 from wucht.cams.laws import Law
 from wucht.errors import InputError
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros_and_peaks import crossings
 
 Limits = tuple[float, float]
 _DEAD = 1e-6  # rad: nearer to a dead point no linkage is taken for a working one

@@ -34,7 +34,7 @@ from wucht.cams.laws import Law
 from wucht.cams.laws.programs import InfeasibleError
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import GRID, STEP, TURN, narrowed, valleys
-from wucht.numerics.zeros import RealFunction
+from wucht.numerics.zeros_and_peaks import RealFunction
 
 EXACT = 1e-11  # of the size of the cam
 _FIRST = np.arange(16) * (TURN / 16)

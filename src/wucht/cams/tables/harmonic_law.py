@@ -15,7 +15,7 @@ from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, WayOut,
 from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotion, read_output
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
-from wucht.numerics.zeros import fewest_where
+from wucht.numerics.zeros_and_peaks import fewest_where
 from wucht.schema import Described, si
 
 _ORDERS = ("position", "velocity", "acceleration", "jerk")

@@ -22,8 +22,7 @@ from wucht.dynamics.branches.equilibrium_branches import (
 from wucht.dynamics.branches.family_curve import FamilyCurve
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.second_parameter import BifurcationCurve, SecondParameter, curve_through, passes, starts
-from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates
-from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates, SystemEquilibria
 from wucht.dynamics.parameters import ends_of, parameter_of, with_parameters
 from wucht.dynamics.work import Work, or_why, with_made
 from wucht.files.own_equations import OwnEquations

@@ -15,7 +15,7 @@ from wucht.errors import RunError
 from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
 from wucht.numerics.continuation.special_curves import UNRESOLVED
-from wucht.numerics.zeros import at_passages
+from wucht.numerics.zeros_and_peaks import at_passages
 
 _PITCHFORK = 1e-4  # in units of scale: between a branch point and the fold of the branch that begins there
 

@@ -32,7 +32,7 @@ from wucht.errors import RunError
 from wucht.machines.structure import SPEED
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria, Equilibrium
-from wucht.numerics.zeros import first_where
+from wucht.numerics.zeros_and_peaks import first_where
 from wucht.system import System
 
 # Members of a family whose stability is computed; the first stands for all. Of 64 all may be stable where 1 of 500 is not.

@@ -11,8 +11,7 @@ import numpy as np
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.plane_regions import Range
-from wucht.dynamics.branches.steady_states import SteadyStates, Watch
-from wucht.dynamics.branches.system_equilibria import SystemEquilibria
+from wucht.dynamics.branches.steady_states import SteadyStates, SystemEquilibria, Watch
 from wucht.errors import InputError, RunError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine

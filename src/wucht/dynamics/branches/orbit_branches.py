@@ -16,7 +16,7 @@ from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, Hidden
 from wucht.numerics.periodic.cycle_starts import doubled, switched
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.zeros import at_passages
+from wucht.numerics.zeros_and_peaks import at_passages
 
 Watch = Callable[[float], None]  # the value that is reached
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.numerics.zeros import at_passages
+from wucht.numerics.zeros_and_peaks import at_passages
 
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]  # of both parameters of a plane

@@ -14,7 +14,7 @@ from wucht.errors import WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
 from wucht.numerics.continuation.fold_curves import FoldPairs, Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
-from wucht.numerics.zeros import at_passages
+from wucht.numerics.zeros_and_peaks import at_passages
 
 _SAME = 1e-5  # in units of scale: a special point that lies on a curve
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.dynamics.verdicts.observables import Orbit, balanced, rows_of
+from wucht.dynamics.verdicts.observation import Orbit, balanced, rows_of
 from wucht.machines.machine import LOST, Machine
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.dynamics.verdicts.observables import Orbit
+from wucht.dynamics.verdicts.observation import Orbit
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 

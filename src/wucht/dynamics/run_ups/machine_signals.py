@@ -15,7 +15,7 @@ from wucht.dynamics.verdicts.observation import Observation, Watch
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.fatigue.turning_points import TurningPoints
+from wucht.fatigue.counting import TurningPoints
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.program import Evaluator

@@ -14,8 +14,7 @@ from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.dynamics.run_ups.observed_integration import Leg, Watched
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observables import Rows
-from wucht.dynamics.verdicts.observation import Observation, Watch
+from wucht.dynamics.verdicts.observation import Observation, Rows, Watch
 from wucht.dynamics.verdicts.verdict import Verdict, judge
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

@@ -25,7 +25,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble
 from wucht.numerics.ensembles.members import Status
-from wucht.numerics.peaks import extremes
+from wucht.numerics.zeros_and_peaks import extremes
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree

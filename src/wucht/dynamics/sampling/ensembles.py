@@ -1,14 +1,19 @@
-"""An ensemble: what is asked of each member, and what became of it."""
+"""An ensemble: what is asked of each member, in which states they start, and what became of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from wucht.dynamics.run_ups.initial_state import initial_state, placed
+from wucht.dynamics.run_ups.run_up import placed_at_start
+from wucht.dynamics.run_ups.run_up_models import slow_model
+from wucht.dynamics.run_ups.varied import Varied, with_states
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
+from wucht.errors import InputError
 from wucht.machines.machine import Machine
 
 Report = Callable[[float], None]  # is told the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
@@ -84,3 +89,94 @@ class MemberOutcomes:
         """How many members have each outcome that occurs, in the order of ``OUTCOMES``."""
         numbers = np.bincount(self.outcome, minlength=len(OUTCOMES))
         return {o: int(k) for o, k in zip(OUTCOMES, numbers, strict=True) if k}
+
+
+Runs = Callable[[np.ndarray, Mapping[str, np.ndarray]], MemberOutcomes]
+Start = Mapping[str, Any]
+
+
+def members_at(
+    machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The states (n, M) in which members begin, and the values (M,) of each parameter that differs among them.
+
+    places: the values (q, M) of what is varied. start: the rest of the start. Raises ``InputError`` at ``where`` for a value
+    that the machine does not allow.
+    """
+    values = {v.name: at for v, at in zip(varied, places, strict=True) if v.state is None}
+    if not values and not any(v.state.limited for v in varied if v.state is not None):
+        return _placed_together(machine, start, varied, places, where), values
+    machines: dict[tuple[float, ...], Machine] = {}
+    starts = np.empty((len(machine.state_names), places.shape[1]))
+    for m, place in enumerate(places.T.tolist()):
+        own = tuple(x for v, x in zip(varied, place, strict=True) if v.state is None)
+        if own not in machines:  # where the carrier rests depends on the parameters
+            machines[own] = machine_at(machine, varied, place, where)
+        starts[:, m] = initial_state(machines[own], start_at(start, varied, place), where)
+    return starts, values
+
+
+def _placed_together(machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str) -> np.ndarray:
+    """The states (n, M) of the same machine: what a start states, a state is a linear function of."""
+    nowhere = np.zeros(len(varied))
+    first = initial_state(machine, start_at(start, varied, nowhere.tolist()), where)
+    starts = np.repeat(first[:, None], places.shape[1], axis=1)
+    for one, at in zip(np.eye(len(varied)), places, strict=True):
+        starts += (initial_state(machine, start_at(start, varied, one.tolist()), where) - first)[:, None] * at
+    return starts
+
+
+def machine_at(machine: Machine, varied: Sequence[Varied], place: Sequence[float], where: str) -> Machine:
+    """The machine with its parameters at a place (q,). Raises ``InputError``."""
+    own = {v.name: x for v, x in zip(varied, place, strict=True) if v.state is None}
+    try:
+        return machine.with_values(own) if own else machine
+    except InputError as error:
+        raise error.within(where) from None
+
+
+def start_at(start: Start, varied: Sequence[Varied], place: Sequence[float]) -> dict[str, Any]:
+    """The start at a place (q,), as in a study file."""
+    return with_states(start, [(v.state, x) for v, x in zip(varied, place, strict=True) if v.state is not None])
+
+
+def impossible(machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> dict[int, str]:
+    """Why members with these starts (n, M) and values (M,) of parameters cannot be run, by their index.
+
+    The bodies of a track overlap there.
+    """
+    why: dict[int, str] = {}
+    for m, start in enumerate(starts.T if machine.tracks else ()):
+        own = {name: float(at[m]) for name, at in values.items()}
+        try:
+            placed(machine.with_values(own) if own else machine, start)
+        except InputError as error:
+            why[m] = error.allowed
+    return why
+
+
+def left_out(question: EnsembleQuestion, start: Start, varied: Sequence[Varied], place: Sequence[float]) -> tuple[str, ...]:
+    """What the averaged equations leave out, if these are asked for, by the member at a place (q,).
+
+    Raises ``InputError`` where there are none, and where nothing would turn.
+    """
+    machine = machine_at(question.machine, varied, place, "study")
+    machine, initial = placed_at_start(machine, start_at(start, varied, place), question.until or 0.0)
+    return () if question.model == "full" else slow_model(machine, initial, question.inertia, question.order).warnings
+
+
+def where_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
+    """What becomes of members with starts (n, M) and values (M,) of parameters; those that cannot be run have failed.
+
+    run: what becomes of those that can.
+    """
+    why, count = impossible(machine, starts, values), starts.shape[1]
+    if not why:
+        return run(starts, values)
+    outcome, nothing = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
+    members = MemberOutcomes(outcome, nothing, nothing, np.zeros(count), tuple(sorted(why.items())))
+    possible = np.array([m for m in range(count) if m not in why], int)
+    if not len(possible):
+        return members
+    seen = run(starts[:, possible], {name: at[possible] for name, at in values.items()})
+    return members.replaced(possible, seen)

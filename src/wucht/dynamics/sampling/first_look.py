@@ -27,7 +27,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.members import Members
 from wucht.numerics.observers.projection import WINDOWS
-from wucht.numerics.peaks import between_samples
+from wucht.numerics.zeros_and_peaks import between_samples
 
 WINDOW = 16  # samples
 SAMPLES = WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are as those to come

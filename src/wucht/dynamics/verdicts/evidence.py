@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.vibration import Vibration, moments_along_guides, unbalances
-from wucht.dynamics.verdicts.coasting import COASTS, windows_to_rest
 from wucht.dynamics.verdicts.lags import Lag, lag_of, undecided, windows_until_apart
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
+from wucht.dynamics.verdicts.swings import COASTS, windows_to_rest
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.angles import wrapped
@@ -33,7 +33,6 @@ from wucht.numerics.observers.projection import (
 )
 from wucht.numerics.observers.records import Blocks, TurnRecord
 
-FEWEST_TURNS = 6  # of a rotor that turns
 UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
 _LAST_SHARE = 0.05
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better

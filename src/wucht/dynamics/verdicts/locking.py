@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.vibration import Vibration
-from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, Standing, standing
+from wucht.dynamics.verdicts.evidence import Standing, standing
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Observation
-from wucht.dynamics.verdicts.outcomes import Bounds, Evidence, Locking, Outcome, classify
+from wucht.dynamics.verdicts.outcomes import FEWEST_TURNS, Bounds, Evidence, Locking, Outcome, classify
 from wucht.machines.machine import Machine
 from wucht.machines.operation import common_free_speed, free_speed, sense_of
 from wucht.numerics.angles import wrapped

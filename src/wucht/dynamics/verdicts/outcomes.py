@@ -20,6 +20,7 @@ AMPLITUDE_TOLERANCE = 0.01  # of the largest amplitude of a run: one that differ
 LAG_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than a synchronous one
 MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
 AT_REST = 1e-4  # of the largest speed
+FEWEST_TURNS = 6  # of a rotor that turns
 
 
 class Outcome(StrEnum):

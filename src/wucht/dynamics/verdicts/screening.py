@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, UNREST, unrest
+from wucht.dynamics.verdicts.evidence import UNREST, unrest
 from wucht.dynamics.verdicts.lags import LIBRATION, grows
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, Evidence
+from wucht.dynamics.verdicts.outcomes import FEWEST_TURNS, MODULATION_THRESHOLD, SPEED_TOLERANCE, Evidence
 from wucht.numerics.observers.projection import WINDOWS, projected_each
 
 _ROUNDING = 1e-9  # of the speed: changes below are none

@@ -8,26 +8,59 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
-from wucht.dynamics.verdicts.coasting import COASTS
-from wucht.dynamics.verdicts.drive_and_vibration import as_it_rises, faster_branch
-from wucht.dynamics.verdicts.evidence import FEWEST_TURNS, IN_NOISE, UNREST, Standing, standing
+from wucht.analysis.working_points import torque_surplus
+from wucht.dynamics.verdicts.evidence import IN_NOISE, UNREST, Standing, standing
 from wucht.dynamics.verdicts.locking import Locked, is_locking, locked, rotor_outcomes
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import (
     AMPLITUDE_TOLERANCE,
     FEWEST_PERIODS,
+    FEWEST_TURNS,
     SPEED_TOLERANCE,
     UNBALANCE_TOLERANCE,
     Evidence,
     Outcome,
     classify,
 )
-from wucht.dynamics.verdicts.swings import longer_until_no_turning, swing_of, turning_on_the_whole
+from wucht.dynamics.verdicts.swings import COASTS, longer_until_no_turning, swing_of, turning_on_the_whole
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.observers.modulation import Modulation
+from wucht.numerics.observers.projection import Course
 from wucht.numerics.observers.records import Blocks
+
+_SHORT = 0.98  # of the free speed: a rotor that is held before has not reached it
+
+
+def as_it_rises(machine: Machine, stands: Standing) -> Evidence[float]:
+    """The evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
+
+    It is settled as soon as the vibration is seen to hold it short of its free speed; or nothing can hold it.
+    """
+    e, (mean, *_) = stands.evidence, stands.projections
+    rises = mean.course is not Course.STATIONARY and mean.high > mean.last
+    limit = runaway_limit(machine) if e.free_speed is None else _SHORT * e.free_speed
+    moving = stands.growing or stands.unrest > UNREST
+    if e.settled or moving or not (rises and e.beyond) or not e.asynchronous.no or limit is None:
+        return e
+    speeds = np.linspace(stands.speed, limit, 800)
+    held = not (torque_surplus(machine, stands.vibration, stands.final_phases, speeds) > 0).all()
+    return replace(e, settled=held, unheld=not held and e.free_speed is None)
+
+
+def faster_branch(machine: Machine, stands: Standing) -> bool:
+    """Whether the drive's torque exceeds the vibration torque again somewhere between the speed reached and the free speed."""
+    e = stands.evidence
+    if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
+        return False
+    speeds = np.linspace(stands.speed, e.free_speed, 402)[1:-1]
+    surplus = torque_surplus(machine, stands.vibration, stands.final_phases, speeds)
+    # Between two branches the vibration takes more than the drive gives: without such a gap there is only one.
+    small = 1e-3 * float(np.abs(surplus).max())
+    short = np.flatnonzero(surplus < -small)
+    return bool(len(short) and (surplus[short[0] :] > small).any())
+
 
 _LONGER = 2.5  # times the run: at least, and where nothing says how long; so never three times what is needed
 _VERY_MANY_TURNS = 40_000  # after which what goes to and fro, and neither falls nor drifts, goes on like that

@@ -18,7 +18,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.equations import CurvePoint, Equations
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros_and_peaks import crossings
 
 P = TypeVar("P")
 

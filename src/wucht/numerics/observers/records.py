@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
-from wucht.numerics.peaks import between_samples
+from wucht.numerics.zeros_and_peaks import between_samples
 
 KEPT = 4096  # blocks of each length
 LAST, LOW, HIGH, MEAN = range(4)  # what of two neighbouring blocks is that of both

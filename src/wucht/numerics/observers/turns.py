@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from wucht.numerics.peaks import between_samples
+from wucht.numerics.zeros_and_peaks import between_samples
 
 _MOST_STEPS = 60  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
 _DIGITS = 1e-14

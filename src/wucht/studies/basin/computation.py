@@ -14,9 +14,8 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
 from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
 from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, impossible, left_out, members_at, where_possible
 from wucht.dynamics.sampling.label_maps import cells_to_halve, halved, left_at_border
-from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at, where_possible
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine

@@ -12,8 +12,7 @@ from wucht.dynamics.sampling.searches import fall_of, smallest
 from wucht.results.formatting import in_lines, percent
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.capture_probability.computation import Findings, Plan, Point
-from wucht.studies.capture_probability.distributions import KINDS
-from wucht.studies.capture_probability.sensitivity import REPLICATES
+from wucht.studies.capture_probability.distributions import KINDS, REPLICATES
 
 if TYPE_CHECKING:
     import xarray as xr

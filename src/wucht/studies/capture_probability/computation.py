@@ -26,16 +26,23 @@ from wucht.dynamics.parameters import ends_of, parameter_of, values_of
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.varied import Varied, check_together, varied_of
 from wucht.dynamics.sampling.ensemble_run import outcomes_of, way_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
-from wucht.dynamics.sampling.placed_members import impossible, left_out, members_at, where_possible
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, impossible, left_out, members_at, where_possible
 from wucht.dynamics.sampling.searches import Bounds, to_look_at
 from wucht.dynamics.verdicts.outcomes import OPEN, OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.schema import Parameter
-from wucht.studies.capture_probability.distributions import Distribution, distribution_of
-from wucht.studies.capture_probability.sensitivity import REPLICATES, Indices, cross_sampled, indices, library, points
+from wucht.studies.capture_probability.distributions import (
+    REPLICATES,
+    Distribution,
+    Indices,
+    cross_sampled,
+    distribution_of,
+    indices,
+    library,
+    points,
+)
 from wucht.studies.capture_probability.spec import CaptureProbability
 
 _PROBES = 64  # samples that are looked at before the first run

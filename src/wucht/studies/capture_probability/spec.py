@@ -10,8 +10,7 @@ from pydantic import BeforeValidator, Field
 from wucht.dynamics.verdicts.outcomes import OPEN, THROUGH, Outcome
 from wucht.errors import InputError, nearest
 from wucht.studies import spec as common
-from wucht.studies.capture_probability.distributions import check_form
-from wucht.studies.capture_probability.sensitivity import REPLICATES
+from wucht.studies.capture_probability.distributions import REPLICATES, check_form
 from wucht.studies.shared_keys import EnsembleSpec
 
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000

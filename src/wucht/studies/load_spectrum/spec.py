@@ -45,7 +45,7 @@ class LoadSpectrum(SingleRun):
     """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage."""
 
     kind: ClassVar[str] = "load-spectrum"
-    subject: ClassVar[str] = "wucht.studies.load_spectrum.machine_or_records:MACHINE_OR_RECORDS"
+    subject: ClassVar[str] = "wucht.studies.load_spectrum.computation:MACHINE_OR_RECORDS"
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
 

@@ -9,14 +9,21 @@ from functools import partial
 import numpy as np
 
 from wucht.analysis.averaged import keeps_inertia
-from wucht.dynamics.balancers.candidates import CAPTURE, Evaluated, Trials, TrialSettings, evaluated, power_of_two, tried
+from wucht.dynamics.balancers.candidates import (
+    CAPTURE,
+    Evaluated,
+    Trials,
+    TrialSettings,
+    evaluated,
+    power_of_two,
+    tried,
+    with_bodies,
+)
 from wucht.dynamics.balancers.damping_optimum import DampingCurve, compensated_state, damping_curve, rates_of
-from wucht.dynamics.balancers.number_of_bodies import with_bodies
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_equations import why_one_by_one
 from wucht.dynamics.sampling.ensemble_run import way_of
-from wucht.dynamics.sampling.ensembles import Report, part_of
-from wucht.dynamics.sampling.placed_members import left_out
+from wucht.dynamics.sampling.ensembles import Report, left_out, part_of
 from wucht.dynamics.sampling.searches import Variable, balancing, generations, needed, not_dominated, spread_out, variables_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

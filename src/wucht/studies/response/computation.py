@@ -16,7 +16,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, sense_of, shaft_torques
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros_and_peaks import crossings
 from wucht.studies.response.spec import Response
 
 

@@ -17,7 +17,7 @@ from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
-from wucht.numerics.peaks import extremes
+from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import Format, ReportLines, formats
 from wucht.results.quantities import Answer, Quantity, variables_of
 from wucht.studies.motion_variables import envelopes, variables

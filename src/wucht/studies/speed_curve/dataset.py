@@ -16,8 +16,11 @@ from wucht.dynamics.branches.steady_states import in_words as speeds_in_words
 from wucht.results.quantities import Quantity, answer, table
 from wucht.studies.shared_keys import VALUES, with_values
 from wucht.studies.speed_curve.computation import Plan
-from wucht.studies.speed_curve.curve_variables import (
+from wucht.studies.speed_curve.report import (
     Special,
+    counted,
+    in_words,
+    label_of,
     of_branches,
     of_curves,
     of_own,
@@ -26,7 +29,6 @@ from wucht.studies.speed_curve.curve_variables import (
     specials,
     unit_of_frequency,
 )
-from wucht.studies.speed_curve.report import counted, in_words, label_of
 
 if TYPE_CHECKING:
     import xarray as xr

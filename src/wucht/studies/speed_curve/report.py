@@ -1,11 +1,22 @@
-"""A speed curve in words."""
+"""A speed curve in words, and its variables: points, branches, special points, and curves in two parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from wucht.analysis.configurations.averaged_stability import NEUTRAL
+from wucht.dynamics.branches.bifurcation_diagram import BranchFindings
+from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch
+from wucht.dynamics.branches.second_parameter import BifurcationCurve
+from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.formatting import formats
+from wucht.results.quantities import Quantity
+from wucht.studies.branch_variables import joined, of_steady_branches
+from wucht.studies.speed_curve.computation import Plan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,3 +150,141 @@ def _formats(result: xr.Dataset) -> tuple[Callable[[float], str], Callable[[floa
 
 def _frequency(result: xr.Dataset) -> str:
     return str(result.special_frequency.attrs["units"])
+
+
+_ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches
+
+
+@dataclass(frozen=True)
+class Special:
+    """A special point u (n+1,) of a branch, by its number. frequency: of a Hopf point. second: value of that parameter."""
+
+    kind: str
+    u: np.ndarray
+    speed: float
+    amplitude: float
+    branch: int
+    frequency: float | None
+    second: float | None
+
+
+def specials(plan: Plan, findings: BranchFindings) -> list[Special]:
+    """All special points; one on two branches once."""
+    found: list[Special] = []
+    curves = dict(plan.case.curves)
+    for k, branch in enumerate(findings.branches):
+        states = curves[branch.second]
+        width, shown = states.equilibria.equations.scale[-1], states.ordinates(branch.u)
+        for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
+            u, kind = branch.u[:, i], branch.kinds[i]
+            beside = [
+                s for s in found if (s.kind, s.second) == (kind, branch.second) and abs(s.u[-1] - u[-1]) < _ONE_POINT * width
+            ]
+            if any(states.same(u, np.append(s.u[:-1], u[-1])) for s in beside):
+                continue
+            speed, amplitude = float(shown.speed[i]), float(shown.amplitude[i])
+            exponents = branch.exponents[:, i][np.isfinite(branch.exponents[:, i])]
+            swings = kind == HOPF or (kind in (SOME_STABLE, ALL_STABLE) and exponents[exponents.real.argmax()].imag != 0)
+            frequency = _frequency_of(exponents) if swings else None
+            found.append(Special(kind, u, speed, amplitude, k, frequency, branch.second))
+    return found
+
+
+def _frequency_of(exponents: np.ndarray) -> float:
+    pairs = exponents[exponents.imag > 0]
+    return float(pairs[np.abs(pairs.real).argmin()].imag)
+
+
+def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
+    """The points of all branches."""
+    states, curves = plan.case.states, dict(plan.case.curves)
+    words, n = states.words, len(states.names)
+    seen = [curves[b.second].ordinates(b.u) for b in branches]
+    exponents = joined([b.exponents for b in branches], n)
+    growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
+    shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
+    at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
+    return [
+        *of_steady_branches("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)),
+        Quantity("unstable", joined(growing).astype(int), "how many disturbances grow", "", "point"),
+        Quantity("stable_share", joined(shares), "share of a family's members that are stable", "", "point"),
+        Quantity("at_special", joined(at_special).astype(np.int8), "a special point", "", "point"),
+        Quantity("state", joined([b.u[:-1] for b in branches], n), "states of the equations", "", "state point"),
+        Quantity("exponent_re", np.asarray(exponents.real), "real part of an exponent", words.rate, "exponent point"),
+        Quantity("exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate, "exponent point"),
+    ]
+
+
+def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
+    """What is known of each branch."""
+    kinds = [b.kind for b in branches]
+    labels = np.array([label_of(k.name, k.type, k.split) for k in kinds], "U40")
+    what, unit = ("second parameter", "") if plan.second is None else (plan.second.words, plan.second.unit)
+    many = np.array([k.multiplicity for k in kinds], int)
+    return [
+        Quantity("branch_name", np.array([k.name or "" for k in kinds], "U16"), "name", "", "branch"),
+        Quantity("branch_type", np.array([k.type or "" for k in kinds], "U4"), "type of 002, section 5.1", "", "branch"),
+        Quantity("branch_label", labels, "states", "", "branch"),
+        Quantity("family_dimension", np.array([b.dimension for b in branches], int), "dimension of the family", "", "branch"),
+        Quantity("multiplicity", many, "states that differ in equal bodies only", "", "branch"),
+        Quantity("second_value", np.array([b.second for b in branches], float), what, unit, "branch"),
+    ]
+
+
+def of_specials(plan: Plan, found: Sequence[Special]) -> list[Quantity]:
+    """The special points."""
+    states, words = plan.case.states, plan.case.states.words
+    table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
+    frequency = np.array([s.frequency for s in found], float)
+    return [
+        Quantity("special_kind", np.array([s.kind for s in found], "U20"), "kind of the special point", "", "special"),
+        Quantity("special_value", [float(s.u[-1]) for s in found], plan.along.words, plan.along.unit, "special"),
+        Quantity("special_speed", [s.speed for s in found], words.shown, words.unit, "special"),
+        Quantity("special_amplitude", [s.amplitude for s in found], "amplitude of the axis", words.length, "special"),
+        Quantity("special_branch", np.array([s.branch for s in found], int), "branch", "", "special"),
+        Quantity(
+            "special_frequency", frequency, "frequency of the oscillation that begins", unit_of_frequency(plan), "special"
+        ),
+        Quantity("special_state", table, "states of the equations", "", "state special"),
+    ]
+
+
+def unit_of_frequency(plan: Plan) -> str:
+    """Of an oscillation."""
+    rate = plan.case.states.words.rate
+    return f"rad{rate.removeprefix('1')}" if rate else ""
+
+
+def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> list[Quantity]:
+    """The states at the subject's own value."""
+    words = plan.case.states.words
+    return [
+        Quantity("own_speed", [s["speed"] for s in own], words.shown, words.unit, "own"),
+        Quantity("own_amplitude", [s["amplitude"] for s in own], "amplitude of the axis", words.length, "own"),
+        Quantity("own_stable", np.array([s["stable"] for s in own], np.int8), "stable", "", "own"),
+        Quantity(
+            "own_stable_share", np.array([s["stable_share"] for s in own], float), "share of a family's members", "", "own"
+        ),
+        Quantity("own_branch", np.array([s["branch"] for s in own], int), "branch", "", "own"),
+        Quantity("own_growth", [s["exponents"][0][0] for s in own], "fastest growth", words.rate, "own"),
+    ]
+
+
+def of_curves(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Quantity]:
+    """The curves of folds and Hopf points in two parameters."""
+    if plan.second is None or plan.case.plane is None:
+        return []
+    states, words = plan.case.states, plan.case.states.words
+    numbers = np.repeat(np.arange(len(curves)), [c.u.shape[1] for c in curves])
+    speeds = [states.ordinates(c.u[:-1]).speed for c in curves]
+    kinds = [kind for c in curves for kind in c.kinds]
+    labels = np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40")
+    return [
+        Quantity("curve_value", joined([c.u[-2] for c in curves]), plan.along.words, plan.along.unit, "curve_point"),
+        Quantity("curve_second", joined([c.u[-1] for c in curves]), plan.second.words, plan.second.unit, "curve_point"),
+        Quantity("curve_speed", joined(speeds), words.shown, words.unit, "curve_point"),
+        Quantity("curve", numbers.astype(int), "curve", "", "curve_point"),
+        Quantity("curve_kind", np.array(kinds, "U20"), "kind of a point where a second condition holds", "", "curve_point"),
+        Quantity("curve_of", np.array([c.of for c in curves], "U8"), "kind of the curve's points", "", "curve_number"),
+        Quantity("curve_label", labels, "states", "", "curve_number"),
+    ]

@@ -21,7 +21,7 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.numerics.zeros import at_passages
+from wucht.numerics.zeros_and_peaks import at_passages
 from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import MODULATED, UNKNOWN, F, MapParts, MapPlan, Place, by_name
 from wucht.studies.stability_map.spec import StabilityMap

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.dynamics.balancers.candidates import least_residual, phases
-from wucht.dynamics.balancers.number_of_bodies import with_bodies
+from wucht.dynamics.balancers.candidates import least_residual, phases, with_bodies
 from wucht.dynamics.sampling.searches import balancing
 from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import angular_width

@@ -7,7 +7,7 @@ import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.varied import varied_of
-from wucht.dynamics.sampling.placed_members import members_at, start_at
+from wucht.dynamics.sampling.ensembles import members_at, start_at
 from wucht.files.catalogue import load_machine
 
 

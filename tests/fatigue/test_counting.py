@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.fatigue.turning_points import TurningPoints, turning_points
+from wucht.fatigue.counting import TurningPoints, turning_points
 
 VALUES = st.lists(st.integers(-9, 9), max_size=60).map(lambda v: np.array(v, dtype=float))
 
