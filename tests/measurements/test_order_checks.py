@@ -7,6 +7,7 @@ import pytest
 from known_motion import OMEGA, ORDERS, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, truth, uneven
 
 from wucht.errors import InputError
+from wucht.measurements import order_checks
 from wucht.measurements.order_checks import (
     LeftOutOrder,
     check_outliers,
@@ -243,3 +244,11 @@ def test_a_fluctuation_that_nothing_explains(explained, rough, left, drifted, co
     texts = unexplained_warning(explained, rough, left, drifted)
     assert len(texts) == count
     assert all(t.startswith("The orders kept explain 2 % of the fluctuation") for t in texts)
+
+
+def test_the_mean_of_a_residual_is_no_roughness(monkeypatch):
+    """Of +1, -1, +1, -1, +1, -1 the differences have the mean square 4, the values 1, whatever is added to them."""
+    for mean in (0.0, 7.0):
+        rest = mean + np.array([1.0, -1.0] * 3)
+        monkeypatch.setattr(order_checks, "_rest", lambda *_, rest=rest: rest)
+        assert roughness(None, None, None, None) == pytest.approx(4.0)

@@ -224,3 +224,14 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
     (sentence,) = stages[-1].lost
     assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
     assert stages[-1].curves == ()
+
+
+def test_the_peak_of_a_curve_between_its_samples() -> None:
+    """Of 5 - 2 (t - 0.3)^2 by a parabola; of a cosine whose first sample is its last, too; NaN where one is unknown."""
+    uneven = np.array([-1.0, 0.1, 0.5, 2.0])
+    assert orbit_branches.peak(uneven, 5 - 2 * (uneven - 0.3) ** 2) == pytest.approx(5.0)
+    turn = np.linspace(0.0, 2 * np.pi, 41)
+    for late in (0.05, -0.05):
+        assert orbit_branches.peak(turn, np.cos(turn - late)) == pytest.approx(1.0, abs=1e-5)
+    assert orbit_branches.peak(turn, np.full(41, 3.0)) == 3.0
+    assert np.isnan(orbit_branches.peak(turn, np.append(np.cos(turn[:-1]), np.nan)))

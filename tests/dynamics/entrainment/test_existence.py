@@ -16,6 +16,7 @@ import pytest
 
 from wucht.dynamics.entrainment import existence as existence_module
 from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE as SHAKEN
+from wucht.dynamics.entrainment.branches import Branch, Continuation, Edge, StableRange
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
 from wucht.dynamics.entrainment.existence import Edge, Existence, StableRange, existence, range_around, threshold
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
@@ -156,3 +157,52 @@ def test_the_threshold_along_the_amplitude_is_where_its_band_begins() -> None:
 
     assert (of(band(2.0, 9.0)), of(band(2.0, 9.0, "range")), of(None)) == (2.0, None, None)
     assert threshold(case_along(SHAKEN, 1.0, 0.0, 9.0), Existence(band=band(2.0, 9.0)), Work()) is None
+
+
+def branch_of(values: list[float], stable: list[bool], kinds: dict[int, str], closed: bool = False) -> Branch:
+    """Of one phase that falls by 1 a point."""
+    names = tuple(kinds.get(k, "") for k in range(len(values)))
+    leaving = np.full(len(values), -1.0 + 0.0j)
+    return Branch(np.array(values), -np.arange(float(len(values)))[None, :], np.array(stable), names, leaving, closed)
+
+
+def following() -> Continuation:
+    """Without equations of its own: distances of phases."""
+    made = Continuation.__new__(Continuation)
+    made.equations = SimpleNamespace(distance=lambda a, b: np.abs(a - b).max(axis=-1))  # type: ignore[assignment]
+    return made
+
+
+def test_a_stable_stretch_ends_at_the_special_point_beside_it() -> None:
+    """A fold at 4, from which the branch comes back unstable; at the other end the range ends."""
+    one = branch_of([1.0, 2.0, 3.0, 4.0, 3.5, 2.5], [True, True, True, True, False, False], {3: "fold"})
+    two = branch_of([9.0, 8.0, 7.0, 6.0], [False, True, True, True], {1: "hopf"})
+    first, second = following().stable_ranges([one, two])
+    assert (first.branch, first.low, first.high) == (0, Edge(1.0, "range"), Edge(4.0, "fold"))
+    assert first.points.tolist() == [0, 1, 2]
+    assert (second.branch, second.low, second.high) == (1, Edge(6.0, "range"), Edge(8.0, "hopf"))
+    assert second.points.tolist() == [2, 3]
+
+
+def test_a_stable_stretch_of_a_closed_branch_is_not_cut_where_it_begins() -> None:
+    values = [3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0, 2.0, 3.0]
+    stable = [True, True, True, False, False, False, True, True, True]
+    (range_,) = following().stable_ranges([branch_of(values, stable, {2: "fold", 6: "fold"}, closed=True)])
+    assert (range_.low, range_.high) == (Edge(1.0, "fold"), Edge(5.0, "fold"))
+    assert range_.points.tolist() in ([7, 0, 1], [7, 8, 1])
+
+
+def test_without_a_special_point_the_growth_beyond_says_how_stability_ends() -> None:
+    for beyond, kind in ((0.1 + 0.0j, "fold"), (0.1 + 2.0j, "hopf")):
+        one = branch_of([1.0, 2.0, 3.0], [True, True, False], {})
+        one.leaving[2] = beyond
+        assert following().stable_ranges([one])[0].high == Edge(2.0, kind)
+
+
+def test_an_equilibrium_lies_on_a_branch_between_its_points() -> None:
+    """At 2.25 between points of phases -1 and -2 at 2 and 3; the step is 0.05; where the value stays, at its point."""
+    one, on = branch_of([1.0, 2.0, 3.0, 3.0], [True] * 4, {}), following()
+    assert on.passes(one, np.array([-1.25]), 2.25) and on.passes(one, np.array([-1.29]), 2.25)
+    assert not on.passes(one, np.array([-1.31]), 2.25) and not on.passes(one, np.array([-1.75]), 2.25)
+    assert on.passes(one, np.array([0.0]), 1.0) and not on.passes(one, np.array([0.0]), 0.99)
+    assert on.passes(one, np.array([-2.0]), 3.0)

@@ -9,8 +9,9 @@ import pytest
 import sympy as sp
 from scipy.special import ellipk
 
-from wucht.numerics.phase_plane.fixed_points import fixed_points
-from wucht.numerics.phase_plane.phase_curves import CLOSED, FIXED_POINT, LEFT, LENGTH, Portrait
+from wucht.numerics.phase_plane import phase_curves
+from wucht.numerics.phase_plane.fixed_points import SADDLE, fixed_points
+from wucht.numerics.phase_plane.phase_curves import AT_REST, CLOSED, FIXED_POINT, LEFT, LENGTH, Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.system import System
 
@@ -102,3 +103,25 @@ def test_angles_are_wrapped_into_the_window() -> None:
     wrapped = plane.wrapped(np.array([[7.0, -7.0, 1.0, 3 * np.pi], [5.0, -5.0, 0.5, 1.0]]))
     assert wrapped[0] == pytest.approx([7.0 - 2 * np.pi, 2 * np.pi - 7.0, 1.0, -np.pi])
     assert wrapped[1].tolist() == [5.0, -5.0, 0.5, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("outside", "share"),
+    [((2.0, 0.0), 0.5), ((-3.0, 0.0), 1 / 3), ((0.0, 5.0), 0.4), ((0.0, -4.0), 0.5), ((2.0, -8.0), 0.25), ((0.5, 1.0), 1.0)],
+)
+def test_where_a_curve_leaves_the_window(outside: tuple[float, float], share: float) -> None:
+    """At the first border on its way from the middle of -1 to 1 and -2 to 2; the border of an angle is none."""
+    box = [np.array([-1.0, -2.0]), np.array([1.0, 2.0])]
+    assert phase_curves._share_inside(Plane(HOPF, {"mu": 1.0}, *box), np.zeros(2), np.array(outside)) == pytest.approx(share)
+    turning = Plane(WINDING, {"mu": 1.0}, *box)
+    beside = 1 / abs(outside[0]) if abs(outside[0]) > 1 else 1.0
+    assert phase_curves._share_inside(turning, np.zeros(2), np.array(outside)) == pytest.approx(beside)
+
+
+def test_what_gets_no_farther_rests_at_a_fixed_point_near_it_or_elsewhere() -> None:
+    """Nearer than 2 % of the window to the second of two; a turn away is no distance."""
+    both = portrait(PENDULUM, (-1.0, -3.0), (TURN - 1.0, 3.0))
+    saddle = next(k for k, p in enumerate(both.points) if p.kind == SADDLE)
+    end, index, gap = both._rest(np.array([math.pi + TURN, 0.09]))
+    assert (end, index, gap) == (FIXED_POINT, saddle, pytest.approx(0.015))
+    assert both._rest(np.array([math.pi, 0.13])) == (AT_REST, -1, 0.0)

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.container import BarContainer
 from tests.refusals import refused
 
 from wucht.studies.capture_probability import distributions
 from wucht.studies.capture_probability.distributions import cross_sampled, indices, library
+from wucht.plots.sheet import new_grid
+from wucht.studies.capture_probability import figure as probability_figure
+from wucht.studies.capture_probability import sensitivity
+from wucht.studies.capture_probability.sensitivity import cross_sampled, indices, library
 
 
 def test_what_does_not_enter_does_not_matter() -> None:
@@ -84,3 +90,23 @@ def test_without_the_library_that_is_said(monkeypatch: pytest.MonkeyPatch) -> No
     with refused("study.sensitivity", "wucht[sensitivity]", given=True) as raised:
         library()
     assert raised.value.where == "study.sensitivity"
+
+
+def test_bars_of_indices_the_one_that_matters_most_at_the_top() -> None:
+    result = xr.Dataset(
+        {
+            "total": ("quantity", [0.2, 0.7]), "total_off": ("quantity", [0.02, 0.07]), "first_order": ("quantity", [0.1, 0.6]),
+            "first_order_off": ("quantity", [0.01, 0.06]),
+        },
+        {"quantity": ["mass", "damping"]},
+    )  # fmt: skip
+    _, (axis,) = new_grid(1, "title")
+    probability_figure._indices(axis, result, {"sensitivity": {"at": 3.0}, "unit": "W"})
+    assert [text.get_text() for text in axis.get_yticklabels()] == ["damping", "mass"]
+    assert axis.get_ylim()[0] > axis.get_ylim()[1], "downwards"
+    first, total = (c for c in axis.containers if isinstance(c, BarContainer))
+    for bars, widths, side in ((first, [0.6, 0.1], -0.18), (total, [0.7, 0.2], 0.18)):
+        assert [b.get_width() for b in bars] == widths
+        assert [b.get_y() + b.get_height() / 2 for b in bars] == pytest.approx([side, 1 + side])
+        assert bars.errorbar is not None and bars.errorbar.has_xerr and not bars.errorbar.has_yerr
+    assert axis.get_title() == "what matters at 3 W"

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyuff
+import xarray as xr
+from matplotlib.figure import Figure
 from pylife.stress.rainflow import FourPointDetector, LoopValueRecorder
 from scipy.interpolate import CubicHermiteSpline
 from scipy.io import wavfile
@@ -16,6 +18,9 @@ from scipy.io import wavfile
 import wucht
 from wucht.fatigue.counting import rainflow
 from wucht.studies.load_spectrum.computation import Records
+from wucht.studies.load_spectrum import counted_load
+from wucht.studies.load_spectrum import figure as load_figure
+from wucht.studies.load_spectrum.machine_or_records import Records
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -249,3 +254,27 @@ def test_the_command_line_answers_a_record(wucht, here):
     assert told["machine"] == "Specimen 4"
     assert told["summary"]["cycles"] == 4.0
     assert (here / "out" / "load-spectrum.png").is_file()
+
+
+def test_levels_in_the_middle_of_a_hundred_classes_or_at_multiples_of_a_width() -> None:
+    values = np.array([2.0, 12.0, 5.0])
+    levels = counted_load._levels(values, None, None)
+    assert len(levels) == 100 and levels[[0, 1, -1]] == pytest.approx([2.05, 2.15, 11.95])
+    assert counted_load._levels(values, 4.0, None).tolist() == [4.0, 8.0, 12.0], "an end that is a multiple belongs to them"
+    assert counted_load._levels(values, 4.0, 1.0).tolist() == [5.0, 9.0]
+    assert counted_load._levels(values, 5.0, 2.0).tolist() == [2.0, 7.0, 12.0]
+
+
+def test_bars_stand_over_amplitudes_and_bear_what_each_does_of_the_damage() -> None:
+    """Half a range is an amplitude; without damage the cycles are counted."""
+    units = {"units": "N", "long_name": "range"}
+    rows = {"range": ("range", [2.0, 20.0], units), "count": ("range", [30.0, 10.0]), "damage": ("range", [1.0, 3.0])}
+    for damage, heights in ((True, [0.25, 0.75]), (False, [30.0, 10.0])):
+        result = xr.Dataset({k: v for k, v in rows.items() if damage or k != "damage"})
+        axis = Figure().subplots()
+        load_figure._bars(axis, result)
+        bars = [b for b in axis.patches if b.get_height() > 0]
+        assert [b.get_height() for b in bars] == pytest.approx(heights)
+        assert bars[0].get_x() <= 1.0 < bars[0].get_x() + bars[0].get_width()
+        assert bars[1].get_x() + bars[1].get_width() == pytest.approx(10.0)
+        assert axis.get_ylabel() == ("share of the damage" if damage else "cycles")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import xarray as xr
+from matplotlib.figure import Figure
 from tests.hand_made import drawn, titled, warnings_of
 from tests.refusals import refused
 
@@ -26,6 +27,7 @@ from wucht.dynamics.work import Work
 from wucht.files.own_equations import OwnEquations
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.registry import study_of
+from wucht.studies.stability_map import figure as map_figure
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.system import System
 
@@ -275,3 +277,17 @@ def test_the_third_parameter_is_one_of_the_equations() -> None:
         plan(orbits=True, eliminate="t", eliminate_range=[0.0, 1.0])
     with refused("study.eliminate_range", given=[1.0, 0.0]):
         plan(orbits=True, eliminate="s", eliminate_range=[1.0, 0.0])
+
+
+def test_marks_and_places_stand_at_their_values_of_both_parameters() -> None:
+    """The first along the abscissa; each label one kind of mark."""
+    values = {
+        "mark_x": [1.0, 2.0, 3.0], "mark_y": [10.0, 20.0, 30.0], "mark_label": ["cusp", "other", "cusp"], "place_x": [5.0],
+        "place_y": [50.0],
+    }  # fmt: skip
+    given: Any = SimpleNamespace(**{name: SimpleNamespace(values=np.array(v)) for name, v in values.items()})
+    handles = map_figure._marks(Figure().subplots(), given)
+    assert [(h.get_label(), [*h.get_xdata()], [*h.get_ydata()]) for h in handles] == [
+        ("cusp", [1.0, 3.0], [10.0, 30.0]), ("other", [2.0], [20.0]), ("looked at one by one", [5.0], [50.0])
+    ]  # fmt: skip
+    assert handles[0].get_marker() != handles[1].get_marker()
