@@ -1,6 +1,7 @@
 """Cams: contours against the geometry they come from, derivatives against differences, a cam known in closed form."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
+from wucht.cams.shape import Extreme, beyond_common
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -207,3 +209,16 @@ def test_the_contour_is_at_the_rollers_radius_whatever_the_lever(pivot, arm, ang
     # The centre goes round as the cam turns: seen from the frame it is where the lever says.
     seen = cam.pitch(PHI) * np.exp(1j * (-1 if clockwise else 1) * PHI)
     assert seen == pytest.approx(pivot + arm * np.exp(1j * (math.radians(angle) + law(PHI))), abs=1e-12)
+
+
+@pytest.mark.parametrize(("unit", "common"), [("rad", 45), ("m", 30)])
+def test_a_pressure_angle_up_to_what_is_common_is_not_told(unit, common):
+    """Of all cams the largest one counts, and an angle of the cam is given within a turn."""
+
+    def told(*angles):
+        extremes = [Extreme(math.radians(a), math.radians(at)) for a, at in angles]
+        return beyond_common([SimpleNamespace(pressure_angle=e) for e in extremes], unit)
+
+    assert told((common - 1, 0), (common - 20, 0)) == told((common - 1e-9, 0)) == []
+    (text,) = told((common - 20, 10), (common + 5, 400), (common + 1, 20))
+    assert text.startswith(f"the pressure angle reaches {common + 5}° at 40°") and f"at most {common}° is common" in text

@@ -11,6 +11,8 @@ from tests.refusals import refused
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.linkages.closure import LeverMotion, OutputMotion, composed
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
+from wucht.cams.linkages.linked_motion import LeverMotion, OutputMotion
+from wucht.cams.tables.linkage import FourBarTable, SliderCrankTable
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 
@@ -373,3 +375,11 @@ def test_wrong_linkages(wrong, sentence):
     with pytest.raises(InputError) as error:
         wrong()
     assert sentence in str(error.value)
+
+
+def test_lengths_of_a_table_go_where_they_belong():
+    table = FourBarTable(ground=0.10, input=0.04, coupler=0.08, output=0.09, angle=0.5, branch="open")
+    assert table.linkage() == FourBar(0.10, 0.04, 0.08, 0.09, 0.5, 1)
+    assert table.model_copy(update={"branch": "crossed"}).linkage() == FourBar(0.10, 0.04, 0.08, 0.09, 0.5, -1)
+    slider = SliderCrankTable(crank=0.05, rod=0.2, angle=1.0, offset=0.01, branch="open")
+    assert slider.linkage() == SliderCrank(0.05, 0.2, 1.0, 0.01, 1)

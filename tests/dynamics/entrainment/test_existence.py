@@ -176,12 +176,12 @@ def following() -> Continuation:
 def test_a_stable_stretch_ends_at_the_special_point_beside_it() -> None:
     """A fold at 4, from which the branch comes back unstable; at the other end the range ends."""
     one = branch_of([1.0, 2.0, 3.0, 4.0, 3.5, 2.5], [True, True, True, True, False, False], {3: "fold"})
-    two = branch_of([9.0, 8.0, 7.0, 6.0], [False, True, True, True], {1: "hopf"})
+    two = branch_of([9.0, 8.0, 7.0, 6.0, 5.0, 4.0], [False, True, True, True, True, True], {1: "hopf"})
     first, second = following().stable_ranges([one, two])
     assert (first.branch, first.low, first.high) == (0, Edge(1.0, "range"), Edge(4.0, "fold"))
     assert first.points.tolist() == [0, 1, 2]
-    assert (second.branch, second.low, second.high) == (1, Edge(6.0, "range"), Edge(8.0, "hopf"))
-    assert second.points.tolist() == [2, 3]
+    assert (second.branch, second.low, second.high) == (1, Edge(4.0, "range"), Edge(8.0, "hopf"))
+    assert second.points.tolist() == [2, 3, 4, 5]
 
 
 def test_a_stable_stretch_of_a_closed_branch_is_not_cut_where_it_begins() -> None:

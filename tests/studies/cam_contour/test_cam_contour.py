@@ -15,6 +15,7 @@ from tests.refusals import refused
 from wucht.cams.workshop.cam_files import Outline
 from wucht.cams.workshop.points import chord_deviation
 from wucht.errors import InputError
+from wucht.studies.cam_contour import contact_load
 from wucht.studies.cam_contour.computation import obstacles, smallest_cam
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
 from wucht.studies.cam_contour.spec import CamContour, Permitted
@@ -440,3 +441,12 @@ def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: s
     with pytest.raises(InputError) as raised:
         answered(*drive, **asked)
     assert str(raised.value).startswith(says)
+
+
+def test_where_one_flank_lifts_off_the_other_one_presses() -> None:
+    """The rest of the turn, arcs that end beyond it included; all of it where nothing lifts off."""
+    turn = 2 * math.pi
+    assert contact_load._between(()) == ((0.0, turn),)
+    assert contact_load._between(((1.0, 2.0), (3.0, 4.0))) == (pytest.approx((2.0, 3.0)), pytest.approx((4.0, turn + 1.0)))
+    assert contact_load._between(((1.0, 2.0), (5.0, turn + 0.5))) == (pytest.approx((2.0, 5.0)), pytest.approx((0.5, 1.0)))
+    assert contact_load._between(((0.0, turn),)) == ()

@@ -311,3 +311,15 @@ def test_at_a_resonance_without_damping_it_says_so() -> None:
 def test_two_ways_to_start_the_carrier_are_refused() -> None:
     with refused("study.vibration", "study.start.carrier", given="steady"):
         CoastDown(start={"carrier": {"x": 1e-3}}, vibration="steady")
+
+
+def test_where_the_drives_would_start_the_rotors_they_start_without_them() -> None:
+    """A start angle of the machine is added, one of the study stands instead; the table is as large as twice the turns."""
+    screen = load_machine("practice/screen")
+    first, second = (r.name for r in screen.rotors[:2])
+    turned = screen.changed(start_angles={first: 0.3, second: -0.4})
+    rows = [turned.row(turned.body(name).coordinate.position) for name in (first, second)]
+    assert prepare(CoastDown(until=0.02), turned).initial[rows] == pytest.approx([0.3, -0.4])
+    given = prepare(CoastDown(until=0.02, start={second: {"angle": 0.1}}), turned)
+    assert given.initial[rows] == pytest.approx([0.3, 0.1])
+    assert module.numbers(given) == pytest.approx(2 * 0.02 * abs(given.start_speed) / (2 * math.pi))

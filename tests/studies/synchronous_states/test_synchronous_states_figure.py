@@ -19,7 +19,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
 from wucht.studies.synchronous_states.answer import chosen
-from wucht.studies.synchronous_states.figure import _MOST, _lies_upon
+from wucht.studies.synchronous_states.figure import _MOST, _appearance, _lies_upon
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
@@ -227,3 +227,11 @@ def test_what_is_left_out_is_not_stable() -> None:
     assert len(shown) == _MOST
     assert shown == sorted(shown)
     assert {15, 16, 18} <= set(shown)
+
+
+def test_bodies_whose_colours_come_again_are_hollow() -> None:
+    """The rotor and five bodies are not."""
+    looks = [_appearance(i) for i in range(8)]
+    assert [look["path_effects"] is not None for look in looks] == [False] * 6 + [True, True]
+    assert len({look["color"] for look in looks[:6]}) == 6 and looks[6]["color"] == looks[1]["color"]
+    assert looks[7]["color"] == looks[2]["color"]
