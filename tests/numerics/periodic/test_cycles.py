@@ -241,3 +241,21 @@ def test_bad_input_is_told() -> None:
         Cycles.of(ISOLA, "r", fixed, (-1, 1))
     with rejected("time-dependent"):
         Cycles.of(System((X,), (sp.Symbol("t", real=True) - X,), ()), "p", {}, (-1, 1))
+
+
+@pytest.mark.parametrize(
+    ("kind", "logarithms", "left"),
+    [
+        ("", [0.5, 0.2, -0.3], 2),
+        ("fold", [0.5, 1e-9, -0.3], 1),
+        ("branch-point", [0.5, 1e-9, -0.3], 1),
+        ("period-doubling", [0.5 + math.pi * 1j, 1e-9 + math.pi * 1j, 0.1], 2),
+        ("period-doubling", [0.5, 1e-9 - math.pi * 1j, -0.3], 1),
+        ("torus", [0.5, 1e-9 + 1j, 1e-9 - 1j, 0.3 + 2j, 0.3 - 2j], 3),
+    ],
+)
+def test_multipliers_on_the_unit_circle_are_none_outside(kind: str, logarithms: list[complex], left: int) -> None:
+    """Of each kind of special orbit those that make it one: ln mu = 0, pi i, a pair of imaginary ones."""
+    cycle = Cycle.__new__(Cycle)
+    cycle.__dict__.update(kind=kind, logarithms=np.array(logarithms, complex))
+    assert cycle.unstable == left
