@@ -40,3 +40,14 @@ def test_bodies_that_differ_do_not_keep_together_with_inertia_either() -> None:
     slow = averaged_machine(turning(load_machine(R2, {"p2.mass": 0.13}), None))
     with refused("study.together", "p1", "p2", code="phases-part"):
         section_of(slow, True)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) -> None:
+    """Signed, for every state; the phases alone are its axes."""
+    rollers = load_machine("sperling-rollers/table-1")
+    given = rollers.values["drive.speed"]
+    slow = averaged_machine(turning(rollers.with_values({"drive.speed": sense * given}), None))
+    made = section_of(slow, None)
+    assert made.turning == -1 and made.speed == pytest.approx(sense * given)
+    assert made.rotor_speed(np.zeros((len(made.axes), 3))) == pytest.approx(np.full(3, sense * given))

@@ -247,8 +247,8 @@ def test_bad_input_is_told() -> None:
     ("kind", "logarithms", "left"),
     [
         ("", [0.5, 0.2, -0.3], 2),
-        ("fold", [0.5, 1e-9, -0.3], 1),
-        ("branch-point", [0.5, 1e-9, -0.3], 1),
+        ("fold", [0.5, 1e-9, -0.7], 1),
+        ("branch-point", [0.5, -1e-9, -0.3], 1),
         ("period-doubling", [0.5 + math.pi * 1j, 1e-9 + math.pi * 1j, 0.1], 2),
         ("period-doubling", [0.5, 1e-9 - math.pi * 1j, -0.3], 1),
         ("torus", [0.5, 1e-9 + 1j, 1e-9 - 1j, 0.3 + 2j, 0.3 - 2j], 3),
