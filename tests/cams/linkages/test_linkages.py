@@ -11,7 +11,6 @@ from tests.refusals import refused
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.linkages.closure import LeverMotion, OutputMotion, composed
 from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
-from wucht.cams.linkages.linked_motion import LeverMotion, OutputMotion
 from wucht.cams.tables.linkage import FourBarTable, SliderCrankTable
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics

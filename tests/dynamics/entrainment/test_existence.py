@@ -16,9 +16,17 @@ import pytest
 
 from wucht.dynamics.entrainment import existence as existence_module
 from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE as SHAKEN
-from wucht.dynamics.entrainment.branches import Branch, Continuation, Edge, StableRange
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
-from wucht.dynamics.entrainment.existence import Edge, Existence, StableRange, existence, range_around, threshold
+from wucht.dynamics.entrainment.existence import (
+    Branch,
+    Continuation,
+    Edge,
+    Existence,
+    StableRange,
+    existence,
+    range_around,
+    threshold,
+)
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine

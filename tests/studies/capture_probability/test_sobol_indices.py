@@ -8,12 +8,10 @@ import xarray as xr
 from matplotlib.container import BarContainer
 from tests.refusals import refused
 
-from wucht.studies.capture_probability import distributions
-from wucht.studies.capture_probability.distributions import cross_sampled, indices, library
 from wucht.plots.sheet import new_grid
+from wucht.studies.capture_probability import distributions
 from wucht.studies.capture_probability import figure as probability_figure
-from wucht.studies.capture_probability import sensitivity
-from wucht.studies.capture_probability.sensitivity import cross_sampled, indices, library
+from wucht.studies.capture_probability.distributions import cross_sampled, indices, library
 
 
 def test_what_does_not_enter_does_not_matter() -> None:

@@ -17,10 +17,9 @@ from scipy.io import wavfile
 
 import wucht
 from wucht.fatigue.counting import rainflow
-from wucht.studies.load_spectrum.computation import Records
-from wucht.studies.load_spectrum import counted_load
+from wucht.studies.load_spectrum import computation
 from wucht.studies.load_spectrum import figure as load_figure
-from wucht.studies.load_spectrum.machine_or_records import Records
+from wucht.studies.load_spectrum.computation import Records
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -258,11 +257,11 @@ def test_the_command_line_answers_a_record(wucht, here):
 
 def test_levels_in_the_middle_of_a_hundred_classes_or_at_multiples_of_a_width() -> None:
     values = np.array([2.0, 12.0, 5.0])
-    levels = counted_load._levels(values, None, None)
+    levels = computation._levels(values, None, None)
     assert len(levels) == 100 and levels[[0, 1, -1]] == pytest.approx([2.05, 2.15, 11.95])
-    assert counted_load._levels(values, 4.0, None).tolist() == [4.0, 8.0, 12.0], "an end that is a multiple belongs to them"
-    assert counted_load._levels(values, 4.0, 1.0).tolist() == [5.0, 9.0]
-    assert counted_load._levels(values, 5.0, 2.0).tolist() == [2.0, 7.0, 12.0]
+    assert computation._levels(values, 4.0, None).tolist() == [4.0, 8.0, 12.0], "an end that is a multiple belongs to them"
+    assert computation._levels(values, 4.0, 1.0).tolist() == [5.0, 9.0]
+    assert computation._levels(values, 5.0, 2.0).tolist() == [2.0, 7.0, 12.0]
 
 
 def test_bars_stand_over_amplitudes_and_bear_what_each_does_of_the_damage() -> None:

@@ -1,4 +1,4 @@
-"""A rotor that does not turn any more, or back again in each turn: what becomes of it; and when one that nothing drives stops."""
+"""A rotor that no longer turns, or turns back in each turn: what becomes of it; and when one that nothing drives stops."""
 
 from __future__ import annotations
 
