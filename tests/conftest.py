@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # A shell starts what runs in the background with Ctrl-C ignored; Python then leaves it so.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+_OBJECTS = 50_000  # more between two collections: formulas and figures are many, and most of them stay
 
 STUDY = """\
 title = "A drum with two pendulums"
@@ -83,6 +86,7 @@ def pytest_collection() -> Iterator[None]:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(_OBJECTS)
         gc.enable()
 
 
@@ -106,6 +110,17 @@ Command = Callable[..., Completed]
 Spoil = Callable[..., Path]
 
 
+@cache
+def _commands() -> Any:
+    """The commands as Typer makes them of the app, anew at each call: they are the same for all tests of a process."""
+    import typer
+
+    from wucht.cli.app import app, register
+
+    register()
+    return typer.main.get_command(app)
+
+
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory."""
@@ -122,6 +137,8 @@ def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFix
     from wucht.cli.app import run_app
 
     monkeypatch.setattr("wucht.cli.progress._SILENCE_S", 1e6)
+    monkeypatch.setattr("wucht.cli.app.app", _commands())
+    monkeypatch.setattr("wucht.cli.app.register", lambda: None)
 
     def call(*words: object) -> Completed:
         monkeypatch.setattr(sys, "argv", ["wucht", *map(str, words)])
@@ -135,11 +152,19 @@ def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFix
 
 @pytest.fixture
 def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are made and written, but the page stays blank: for commands of which the numbers, files or words are tested,
-    since painting is half of a short run."""
+    """Figures are made and written, but the page stays blank: painting is a quarter of a short run."""
     from matplotlib.figure import Figure
 
     monkeypatch.setattr(Figure, "draw", lambda _figure, _renderer: None)
+
+
+@pytest.fixture
+def no_figures(unpainted: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A blank page is written instead of a figure, which is half of a short run: for commands of which the numbers, files or
+    words are tested. The figures of all studies are tested with the studies."""
+    from matplotlib.figure import Figure
+
+    monkeypatch.setattr("wucht.studies.runner.draw", lambda _result, _page=None: Figure((1, 1)))
 
 
 @pytest.fixture(scope="module")

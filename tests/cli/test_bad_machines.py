@@ -161,7 +161,7 @@ def machines(here: Path) -> Path:
     return here
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize("name", ["screen", pytest.param("ring", marks=pytest.mark.slow)])
 def test_what_is_spoilt_below_is_good(wucht: Command, machines: Path, name: str) -> None:
     outcome = wucht("run", f"{name}.toml", "-o", "out", "--json")

@@ -65,7 +65,7 @@ def _parsed(text: str) -> dict[str, Any]:
 # run
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_json_is_one_object_with_the_keys_of_the_contract(wucht: Command, study: Study) -> None:
     completed = wucht("run", study(), "-o", "out", "--json")
     assert completed.code == 0
@@ -80,7 +80,7 @@ def test_json_is_one_object_with_the_keys_of_the_contract(wucht: Command, study:
     assert _parsed(Path("out/summary.json").read_text()) == actual
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Command, study: Study) -> None:
     short = wucht("run", study(), "-o", "out", "--json").document["summary"]
     assert short.keys() >= SUMMARY
@@ -99,7 +99,7 @@ def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Comm
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
     actual = wucht("run", "drozdetskaya-2020/r1", "-o", "out", "--json").document["summary"]
     assert actual["outcome"] == "captured-modulated"
@@ -108,7 +108,7 @@ def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
     assert actual["modulation_period_phi"] / actual["modulation_period"] == pytest.approx(actual["final_speed"], rel=1e-3)
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_without_json_the_verdict_is_read_first(wucht: Command, study: Study) -> None:
     completed = wucht("run", study('until = "0.5 s"', "settled = true"), "-o", "out")
     assert completed.code == 0
@@ -118,7 +118,7 @@ def test_without_json_the_verdict_is_read_first(wucht: Command, study: Study) ->
     assert "Traceback" not in completed.err
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert wucht("run", study()).code == 0
     assert Path("results/study/result.nc").is_file()
@@ -129,7 +129,7 @@ def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert Path("results/study/run-up.png").is_file()
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command, study: Study) -> None:
     file = study()
     assert wucht("run", file, "-o", "out").code == 0
@@ -145,7 +145,7 @@ def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command
     assert json.loads(Path("out/summary.json").read_text("utf-8")) == response
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_second_run_into_one_folder_is_refused(wucht: Command, study: Study) -> None:
     file, claim = study(), claimed(Path("out"))
     with ThreadPoolExecutor(1) as other:
@@ -160,7 +160,7 @@ def test_a_second_run_into_one_folder_is_refused(wucht: Command, study: Study) -
     assert wucht("run", file, "-o", "out").code == 0
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_folders_are_made_and_results_replaced(wucht: Command, study: Study) -> None:
     file = study()
     first = wucht("run", file, "-o", "a/b/c", "--json").document
@@ -170,7 +170,7 @@ def test_folders_are_made_and_results_replaced(wucht: Command, study: Study) -> 
     assert sorted(p.name for p in Path("a/b/c").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
     Path("M\u00fchle 1").mkdir()
     file = study('"A drum with two pendulums"', '"M\u00fchle \u2713"', name="M\u00fchle 1/l\u00e4uft nicht.toml")
@@ -181,13 +181,13 @@ def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
     Path("drozdetskaya-2020/table-3.1-carrier").mkdir(parents=True)
     assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100", "--json").code == 0
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
     Path("study.toml").write_text(ROTOR_ALONE.split("[study]", maxsplit=1)[0])
     actual = wucht("run", "study.toml", "-o", "out", "--json").document
@@ -196,7 +196,7 @@ def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
     assert actual["summary"]["final_phases"] == {}
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_files_of_other_editors(wucht: Command) -> None:
     Path("study.toml").write_bytes(ROTOR_ALONE.replace("\n", "\r\n").encode())
     assert wucht("run", "study.toml", "-o", "out", "--json").code == 0
@@ -217,7 +217,7 @@ FORMS = {
 }
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     "question",
     [
@@ -267,7 +267,7 @@ def test_set_of_a_dimensionless_machine(here: Path) -> None:
     assert (values["u"], values["lambda"], values["mu"]) == (1.5, 2.5, 0.01)
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
     Path("deep").mkdir()
     Path("deep/base.toml").write_text(
@@ -309,7 +309,7 @@ def _stored(file: Path) -> dict[str, float]:
     return dict(json.loads(actual.attrs["input"])["machine"]["parameters"])
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_use_is_relative_to_the_file_not_to_the_working_directory(
     wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -366,7 +366,7 @@ def test_settings_from_the_command_line(study: Study, setting: str, key: str, va
     assert _values(study(), **parse_settings([setting]))[key] == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_settings_of_the_question(wucht: Command, study: Study) -> None:
     import xarray as xr
 
@@ -399,7 +399,7 @@ DOUBTS = {
 }
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(("old", "new", "says"), DOUBTS.values(), ids=DOUBTS.keys())
 def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: str, new: str, says: str) -> None:
     completed = wucht("run", study(old, new), "-o", "out", "--json")
@@ -411,14 +411,14 @@ def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: s
     assert says not in loud.out
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_machine_that_cannot_exist_is_doubted(wucht: Command) -> None:
     completed = wucht("run", "drozdetskaya-2020/table-5.1", "-o", "out", "--json", "--set", "study.until=50")
     assert completed.code == 0
     assert any("no machine has these parameters" in warning for warning in completed.document["warnings"])
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_too_short_says_how_long(wucht: Command, study: Study) -> None:
     actual = wucht("run", study(), "-o", "out", "--json").document
     assert actual["summary"]["outcome"] == "unidentified"
@@ -464,7 +464,7 @@ SIGNATURES = {"png": b"\x89PNG\r\n\x1a\n", "pdf": b"%PDF-", "svg": b"<?xml"}
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path) -> None:
     assert wucht("run", study(), "-o", "out", "--json").code == 0
     Path("elsewhere").mkdir()
@@ -481,7 +481,7 @@ def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path
     assert Path("figures/new/run-up.png").is_file()
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_plot_of_a_folder_in_several_formats(wucht: Command, refused: Refused, study: Study) -> None:
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
     said = wucht("plot", "out", "--format", "svg", "--format", "pdf", "--format", "svg").out
@@ -498,7 +498,7 @@ def test_plot_into_a_folder_that_cannot_be_written(wucht: Command, refused: Refu
     refused("plot", "out/result.nc", "-o", "study.toml/below", says=("-o", "given 'study.toml/below'"))
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_half_a_result_is_refused(wucht: Command, refused: Refused, study: Study) -> None:
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
     whole = Path("out/result.nc").read_bytes()
@@ -507,7 +507,7 @@ def test_half_a_result_is_refused(wucht: Command, refused: Refused, study: Study
         refused("plot", "half.nc", says=("half.nc: ",))
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_result_holds_its_whole_input(wucht: Command, study: Study) -> None:
     import xarray as xr
 
@@ -523,7 +523,7 @@ def test_the_result_holds_its_whole_input(wucht: Command, study: Study) -> None:
 # new, list, equations
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_new_writes_a_study_that_runs(wucht: Command) -> None:
     completed = wucht("new", "run-up")
     assert completed.code == 0

@@ -19,7 +19,7 @@ SLOPE = "slope of the torque over speed, drive"
 SHORT = ("--set", "study.until=0.02 s")
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_table_figure_and_files(wucht: Command, study: Study) -> None:
     study(name="a.toml")
     study('"9 kg"', '"11 kg"', name="b.toml")
@@ -44,7 +44,7 @@ def test_table_figure_and_files(wucht: Command, study: Study) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_one_json_object(wucht: Command, study: Study) -> None:
     words = ("compare", study(), "--vary", "drive.slope=0.03 N m s,-1", *SHORT, "-o", "out", "--json")
     done = wucht(*words)

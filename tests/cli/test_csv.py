@@ -26,7 +26,7 @@ def columns(path: Path) -> dict[str, list[str]]:
     return {name: [line[k] for line in lines] for k, name in enumerate(header)}
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_files_stand_beside_the_result(wucht: Command, study: Study) -> None:
     import xarray as xr
 
@@ -44,7 +44,7 @@ def test_the_files_stand_beside_the_result(wucht: Command, study: Study) -> None
     assert "phase drum [rad]" not in table, "the drum turns about no other body"
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     "kind", [pytest.param(k, marks=() if k in QUICK else pytest.mark.slow) for k in studies() if k != "compare"]
 )

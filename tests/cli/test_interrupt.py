@@ -57,7 +57,6 @@ def signal_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
         signal.signal(number, handler)
 
 
-@pytest.mark.usefixtures("unpainted")
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(3)
     completed = wucht("run", study(*MINUTES), "-o", "out", "--json")
@@ -74,6 +73,7 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: C
     assert wucht("plot", "out/result.nc").code == 0
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(1)
     completed = wucht("run", study(*MINUTES), "-o", "out")
@@ -83,6 +83,7 @@ def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Cal
     assert _load("out/result.nc").sizes["time"] >= 1
 
 
+@pytest.mark.usefixtures("no_figures")
 @POSIX
 def test_a_batch_system_ends_it_like_ctrl_c(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(2, signal.SIGTERM)
@@ -100,7 +101,7 @@ QUESTIONS = {
 
 
 # The others are resumed as what must settle is, which also looks for its end.
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     "question",
     [pytest.param(q, id=name, marks=pytest.mark.slow if name != "settled" else ()) for name, q in QUESTIONS.items()],
@@ -129,6 +130,7 @@ def test_a_resumed_run_is_the_uninterrupted_one(
     assert not any("interrupted" in warning for warning in completed.document["warnings"])
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_resume_where_nothing_is_begins(wucht: Command, study: Study) -> None:
     completed = wucht("run", study(), "-o", "out", "--json", "--resume")
     assert completed.code == 0
@@ -136,7 +138,7 @@ def test_resume_where_nothing_is_begins(wucht: Command, study: Study) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_resume_of_a_finished_run_is_that_run(wucht: Command, study: Study) -> None:
     first = wucht("run", study(), "-o", "out", "--json").document
     again = wucht("run", study(), "-o", "out", "--json", "--resume").document
@@ -156,7 +158,7 @@ def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
         assert completed.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     "kind",
     ["torque-balance", *(pytest.param(k, marks=pytest.mark.slow) for k in ("response", "synchronous-states", "approximation"))],
@@ -182,6 +184,7 @@ OTHERS = {
 
 
 # A value, what the machine consists of, and the question: one each.
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     ("words", "changes"),
     [
@@ -198,7 +201,7 @@ def test_resume_refuses_another_run(
     assert Path("out/result.nc").read_bytes() == before
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_writing_that_is_cut_off_leaves_the_earlier_result(
     wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:

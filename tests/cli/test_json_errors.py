@@ -60,7 +60,7 @@ def test_usage_and_commands_without_the_option(wucht: Command) -> None:
         assert place(done.document) == (None, None, None, 2)
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_run_that_fails_is_an_object_with_what_was_computed(
     wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -225,7 +225,7 @@ def test_ctrl_c_in_the_first_of_many_runs(wucht: Command, here: Path, interrupte
     assert wucht("run", "my.toml", "-o", "out", "--json", "--resume", *settings).code == 0
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize("where", [pytest.param("values", marks=pytest.mark.slow), "starts"])
 def test_many_runs_go_on_where_they_were_interrupted(
     wucht: Command, here: Path, interrupted: Callable[..., None], where: str
@@ -259,7 +259,7 @@ ENTRIES = (
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize("name", ENTRIES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_another_question_of_a_catalogue_file(wucht: Command, here: Path, name: str, kind: str) -> None:

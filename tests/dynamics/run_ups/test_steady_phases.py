@@ -141,7 +141,7 @@ def test_refused(question: dict[str, Any], refusal: Refusal) -> None:
         run(TorqueBalance(**question), load_machine("drozdetskaya-2020/r1"))
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_start_of_a_run_up_holds_nothing(wucht: Callable[..., Any], study: Callable[..., Path]) -> None:
     """The study file is one of a run-up: its start is none of the phases of a torque balance."""
     file, words = study(), ("--set", "study.kind=torque-balance", "--json")

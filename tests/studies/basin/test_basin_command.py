@@ -11,7 +11,7 @@ import pytest
 Command = Callable[..., Any]
 Refused = Callable[..., str]
 Answered = Callable[..., dict[str, Any]]
-pytestmark = pytest.mark.usefixtures("unpainted")
+pytestmark = pytest.mark.usefixtures("no_figures")
 COARSE = ("--set", "study.axes.psi=[0, 6.283185307179586, 2]", "--set", "study.axes.delta=[0, 3.14, 2]")
 
 

@@ -112,7 +112,7 @@ def template() -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_template_runs(wucht: Any, here: Path) -> None:
     assert wucht("new", "cam-contour", "cam.toml").code == 0
     answer = wucht("run", "cam.toml", "-o", "out", "--json")

@@ -56,7 +56,7 @@ def cut_away(wucht):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_the_largest_roller_that_is_named_is_not_refused(wucht, here):
     (here / "drive.toml").write_text(FILE.replace('"10 mm"', '"95 mm"'), encoding="utf-8")
     said = cut_away(wucht)
@@ -83,7 +83,7 @@ def test_a_dead_sensor_is_told(refused, here, value):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_fluctuation_near_standstill_leaves_out_what_would_turn_back(wucht, here):
     (here / "drive.toml").write_text(FILE.replace('"2.4 rad/s"', '"48 rad/s"').split("[follower]")[0]
                                      + FILE[FILE.index("[speed]"):].replace('"2.4 rad/s"', '"48 rad/s"'))  # fmt: skip

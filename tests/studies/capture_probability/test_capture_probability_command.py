@@ -11,7 +11,7 @@ import pytest
 Command = Callable[..., Any]
 Refused = Callable[..., str]
 Answered = Callable[..., dict[str, Any]]
-pytestmark = pytest.mark.usefixtures("unpainted")
+pytestmark = pytest.mark.usefixtures("no_figures")
 
 
 def test_its_template_runs_and_is_drawn_again(from_template: Answered) -> None:

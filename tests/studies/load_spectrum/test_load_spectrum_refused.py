@@ -80,7 +80,7 @@ def test_a_cycle_of_the_woehler_line_is_one() -> None:
     assert Woehler(k=5, ND="2e6 cycles", SD="1 kN").ND == 2e6
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_a_damage_that_is_no_number_is_a_failed_run(wucht, here):
     (here / "record.csv").write_text("time [s],force [N],strain\n0,-2,1\n1,1,2\n2,-3,1\n3,2,3\n4,-1,0\n", encoding="utf-8")
     line = LINE.replace("k = 5", "k = 100").replace("1 kN", "1 nN")

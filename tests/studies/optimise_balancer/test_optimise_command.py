@@ -14,7 +14,7 @@ from wucht.studies.study_file import read_study
 
 Command = Callable[..., Any]
 Refused = Callable[..., str]
-pytestmark = pytest.mark.usefixtures("unpainted")
+pytestmark = pytest.mark.usefixtures("no_figures")
 SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=1", "damping_curve=false")]
 
 

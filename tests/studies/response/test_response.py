@@ -325,7 +325,7 @@ def test_stopped_at_once_and_asked_again(tmp_path: Path) -> None:
 Command = Callable[..., Any]
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_run(wucht: Command, study: Callable[..., Path]) -> None:
     """A file written for a run-up: its starting phases hold, its time is dropped."""
     command = wucht("run", study(), "--set", "study.kind=response", "-o", "out", "--json")

@@ -318,7 +318,7 @@ def test_ctrl_c_in_a_slow_run(wucht: Command, study: Study, interrupted: Callabl
     assert again.document["summary"] == whole.document["summary"]
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.slow
 def test_a_run_of_both_is_continued(wucht: Command, study: Study, interrupted: Callable[[int], None]) -> None:
     words = ("run", study('until = "0.5 s"', 'until = "2 s"\nmodel = "both"\nengine = "scipy"'), "--json")
@@ -371,7 +371,7 @@ def test_drawn_again(wucht: Command, here: Path, study: Study) -> None:
     assert Path("out/run-up.png").stat().st_size > 10_000
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(("machine", "says"), [
     ("sperling-vibration/figure-4", "locked until it is released"),
     ("sperling-vibration/against-the-drive", ""),

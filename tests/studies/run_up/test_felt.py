@@ -67,7 +67,7 @@ def test_in_words() -> None:
     assert "on the carrier" in shown["force"]
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_where_it_makes_no_sense(wucht: Callable[..., Any], refused: Callable[..., str]) -> None:
     done = wucht("run", "drozdetskaya-2020/table-5.1", "--set", "study.until=20", "-o", "out", "--json")
     assert "stroke" not in done.document["summary"], "this machine has no units"

@@ -19,6 +19,7 @@ Refused = Callable[..., str]
 QUICK = ("--set", "study.range=[9.0, 10.5]", "--set", "study.rate=0.02", "--set", "study.jump_tolerance=1e-3")
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_run_a_sweep(wucht: Command) -> None:
     done = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out")
     assert done.code == 0, done.err
@@ -50,7 +51,7 @@ def test_ctrl_c_leaves_a_valid_sweep(wucht: Command, monkeypatch: pytest.MonkeyP
     assert wucht("plot", "out/result.nc").code == 0
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_resume_of_an_interrupted_sweep_continues(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as m:
         m.setattr(Progress, "update", lambda *_: signal.raise_signal(signal.SIGINT))
@@ -60,7 +61,7 @@ def test_resume_of_an_interrupted_sweep_continues(wucht: Command, monkeypatch: p
     assert "interrupted" not in done.err
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.slow
 def test_the_template_runs(wucht: Command) -> None:
     assert wucht("new", "sweep").code == 0

@@ -782,7 +782,7 @@ def test_every_variable_says_what_it_is() -> None:
 Command = Callable[..., Any]
 
 
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_run(wucht: Command) -> None:
     words = ("--set", "study.kind=synchronous-states", "--set", "study.speed=80 rad/s", "-o", "out", "--json")
     command = wucht("run", "sperling-rollers/table-1", "--set", "study.until=", *words)
@@ -799,7 +799,7 @@ def test_run(wucht: Command) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_new(wucht: Command) -> None:
     assert wucht("new", "synchronous-states", "mine.toml").code == 0
     command = wucht("run", "mine.toml")
@@ -809,7 +809,7 @@ def test_new(wucht: Command) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("no_figures")
 def test_words(wucht: Command) -> None:
     """Units with every speed, no phase of 360 degrees, and one line on the multipliers, not one for each state."""
     question = ("--set", "study.kind=synchronous-states")
