@@ -152,7 +152,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "activation": Figured(
-        {"study.until": "3 s", "study.orientations": ["0 deg", "180 deg"]},
+        {"study.until": "2 s", "study.orientations": ["0 deg", "180 deg"], "study.phases": 2},
         {0: ("speed of the rotor (rad/s)", AMPLITUDE), 1: ("orientation at the start (°)", "largest amplitude (mm)")},
         (
             Line(0, "without pendulums", "curve_speed[0]", "1e3 * curve_amplitude[0]"),
@@ -250,7 +250,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "cam-prediction": Figured(
-        {},
+        {"study.cuts": 2, "study.simulate": 5, "study.orders": 10},
         {
             0: ("time of a turn (°)", "speed of the shaft (rpm)"),
             1: ("order", "acceleration, amplitude (rad/s²)"),
@@ -269,7 +269,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "capture-probability": Figured(
-        {"study.points": 3, "study.samples": 64, "study.probability": None},
+        {"study.points": 2, "study.samples": 64, "study.probability": None, "study.until": "5 s"},
         {0: ("slope of the torque over speed, drive (N m s)", "probability of\ncompensated or passed")},
         (Line(0, 0, "parameter", "estimate"),),
     ),
@@ -290,7 +290,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "entrainment": Figured(
-        {"study.points": 5, "study.resolution": "0.1 rad/s"},
+        {"study.points": 5, "study.resolution": "0.5 rad/s", "study.until": "3 s"},
         {0: ("", "phase (°)"), 1: ("detuning: difference of the no-load speeds (rad/s)", "mean speed (rad/s)")},
         (
             Line(0, "averaged equations, stable", "value", "phase[0] * DEG", part=True),
@@ -305,10 +305,10 @@ EXPECTED: dict[str, Figured] = {
     "exciter-design": Figured(
         {
             "study.reach": 16,
-            "study.evaluations": 24,
+            "study.evaluations": 8,
             "study.population": 8,
             "study.candidates": 1,
-            "study.polish": 8,
+            "study.polish": 2,
             "study.corrections": 0,
             "study.beats": 8,
             "study.samples": 4,
@@ -362,7 +362,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "optimise-balancer": Figured(
-        {"study.samples": 2, "study.population": 4, "study.evaluations": 8, "study.points": 2},
+        {"study.samples": 2, "study.population": 4, "study.evaluations": 8, "study.points": 2, "study.until": "5 s"},
         {
             0: ("settling time of half of the runs (s)", "unbalance left (g mm)"),
             1: ("settling time of half of the runs (s)", "peak amplitude (mm)"),
@@ -375,7 +375,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "orbit-branch": Figured(
-        {"study.range": ["0.01 N m s", "0.02 N m s"]},
+        {"study.range": ["0.015 N m s", "0.02 N m s"], "study.values": ["0.017 N m s"]},
         {
             1: ("angle of the main rotor (rad)", "speed of the main rotor (rad/s)"),
             2: ("slope of the torque over speed, drive\n(N\xa0m\xa0s)", "period, angle of the main rotor\n(rad)"),
@@ -399,7 +399,7 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "speed-curve": Figured(
-        {"study.range": ["0.005 N m s", "0.02 N m s"]},
+        {"study.range": ["0.005 N m s", "0.02 N m s"], "study.points": 2},
         {0: ("", "speed of the main rotor (rad/s)"), 1: ("slope of the torque over speed, drive (N m s)", AMPLITUDE)},
         (
             Line(0, 0, "value", "speed", part=True, off=0.02),
@@ -410,12 +410,17 @@ EXPECTED: dict[str, Figured] = {
         ),
     ),
     "stability-map": Figured(
-        {"study.cells": 2, "study.orbits": False, "study.second_range": ["200 N s/m", "260 N s/m"]},
+        {
+            "study.cells": 2,
+            "study.orbits": False,
+            "study.range": ["0.005 N m s", "0.02 N m s"],
+            "study.second_range": ["200 N s/m", "260 N s/m"],
+        },
         {0: ("slope of the torque over speed, drive (N m s)", "damping of the carrier (N s/m)")},
         (Line(0, 0, "boundary_x", "boundary_y", part=True),),
     ),
     "synchronous-states": Figured(
-        {},
+        {"study.axes": {"speed": ["10 rad/s", "400 rad/s", 30], "ratio": [0, 3, 20]}},
         {6: ("speed (rad/s)", "unbalance of the balancing bodies over\nthat of the rotor")},
         (Line(6, 0, "natural_frequency[0]", None), Line(6, 1, "natural_frequency[1]", None)),
     ),
@@ -423,7 +428,9 @@ EXPECTED: dict[str, Figured] = {
 
 
 @pytest.fixture(scope="module")
-def drawn(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, Figure]:
+def drawn(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, coarse_angles: None
+) -> tuple[xr.Dataset, Figure]:
     kind = request.param
     file = tmp_path_factory.mktemp(kind) / f"{kind}.toml"
     file.write_text(str(studies()[kind].template), encoding="utf-8")
