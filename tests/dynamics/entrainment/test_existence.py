@@ -192,6 +192,12 @@ def test_a_stable_stretch_ends_at_the_special_point_beside_it() -> None:
     assert second.points.tolist() == [2, 3, 4, 5]
 
 
+def test_the_end_of_a_short_open_branch_is_not_beside_its_begin() -> None:
+    short = branch_of([9.0, 8.0, 7.0, 6.0], [False, True, True, True], {1: "hopf"})
+    (stable,) = following().stable_ranges([short])
+    assert (stable.low, stable.high) == (Edge(6.0, "range"), Edge(8.0, "hopf"))
+
+
 def test_a_stable_stretch_of_a_closed_branch_is_not_cut_where_it_begins() -> None:
     values = [3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0, 2.0, 3.0]
     stable = [True, True, True, False, False, False, True, True, True]

@@ -151,6 +151,13 @@ def test_a_connection_of_a_saddle_node_for_a_longer_time(time: float) -> None:
     np.testing.assert_allclose(x**2 * (1 - x), y**2, atol=1e-7)
 
 
+@pytest.mark.parametrize("time", [60.0, 59.0])
+def test_a_time_that_is_no_longer_one_is_refused(time: float) -> None:
+    short: Any = SimpleNamespace(time=60.0)
+    with pytest.raises(RunError, match="is not followed for a longer one"):
+        longer(with_time(time), short)
+
+
 def test_what_a_longer_time_puts_before_and_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Samples before Newton's method: d/(1 + a d t) a time t before; exp(-4 t) behind, until that has decayed by exp(-20)."""
     _, whole = of_a_saddle_node()

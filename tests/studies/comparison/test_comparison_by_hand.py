@@ -184,7 +184,7 @@ def test_the_table() -> None:
 
 
 def test_answers_in_words_where_there_is_no_number() -> None:
-    assert STUDY.report(comparison(2))[3:] == ["  v0  answer 0", "  v1  answer 1"]
+    assert STUDY.report(comparison(2))[2:] == ["  v0  answer 0", "  v1  answer 1"]
     many = STUDY.report(comparison(62))
     assert many[-1] == "  and 2 more" and many[-2] == "  v59  answer 59"
 

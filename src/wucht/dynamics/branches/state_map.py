@@ -192,8 +192,9 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
     """
     assert case.motion is not None
     seconds = case.centres(1).tolist()
+    given_up = set[tuple[int, ...]]()
     for family in range(_MOST_FAMILIES if not case.motion.in_part else 0):
-        seeds = _unexplained(findings)
+        seeds = [at for at in _unexplained(findings) if tuple(at[1].winding.tolist()) not in given_up]
         if not seeds:
             break
         winding = Counter(tuple(seed.winding.tolist()) for _, seed in seeds).most_common(1)[0][0]
@@ -213,7 +214,8 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             findings = yield from _curves_of(case, findings, made[k], work, _ORBITS)
         if not any(isinstance(row, OrbitRow) for row in made.values()):
             lost = f"the modulated motion that runs reach, such as {mine[0][1].begun}, is not followed over the plane"
-            return with_made(findings, "orbits", lost)
+            findings = with_made(findings, "orbits", lost)
+            given_up.add(winding)
     return findings
 
 

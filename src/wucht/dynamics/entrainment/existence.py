@@ -141,7 +141,8 @@ def _edge(b: Branch, inside: int, outside: int | None) -> Edge:
     """Where stability is lost on the way from a stable point to its neighbour: at the special point between them."""
     if outside is None:
         return Edge(float(b.values[inside]), RANGE)
-    step = 1 if (outside - inside) % len(b.values) <= len(b.values) // 2 else -1
+    forward = (outside - inside) % len(b.values) <= len(b.values) // 2 if b.closed else outside > inside
+    step = 1 if forward else -1
     beside = (inside + step) % len(b.values)
     if kind := b.kinds[beside]:
         return Edge(float(b.values[beside]), kind)

@@ -175,6 +175,10 @@ def longer(connections: Connections, connection: Connection) -> Connection:
     reaches as exp(l t), l being the slowest of the eigenvalues but for the leaving one.
     """
     n, more = connections.rates.n, connections.time - connection.time
+    if more <= 0:
+        raise RunError(f"a connection of time {connection.time:.6g} is not followed for a longer one in {connections.time:.6g}")
+            f"a connection of the time {connection.time:.6g} is not followed for a longer one in {connections.time:.6g}"
+        )
     begin, end = connection.equilibria[0], connection.equilibria[-1] + 2 * np.pi * connections.winding
     times, states = rest_of(connection, 0.0)
     away, scale = states[:, 0] - begin, connections.rates.scale[:n]

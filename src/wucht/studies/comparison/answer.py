@@ -191,9 +191,10 @@ def _column(result: xr.Dataset, name: str) -> _Column:
 def _table(columns: Sequence[_Column]) -> list[str]:
     """The lines of a table, with heads of as many lines as they need."""
     heads = [[line.replace("\N{NO-BREAK SPACE}", " ") for line in wrapped(column.head, _HEADED)] for column in columns]
-    depth = max(map(len, heads))
+    depth = max(map(len, heads)) if any(map(any, heads)) else 0
     cells = [
-        [""] * (depth - len(head)) + head + column.cells[:_MOST_LINES] for head, column in zip(heads, columns, strict=True)
+        ([""] * (depth - len(head)) + head)[:depth] + column.cells[:_MOST_LINES]
+        for head, column in zip(heads, columns, strict=True)
     ]
     widths = [max(map(len, own)) for own in cells]
     sides = [str.ljust if column.left else str.rjust for column in columns]
