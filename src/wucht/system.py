@@ -134,6 +134,12 @@ class System:
         return tuple(s.name for s in self.states)
 
     @cached_property
+    def depends_on_time(self) -> bool:
+        """Whether time itself occurs in the equations."""
+        every = (*self.derivatives, *(expression for _, expression in self.definitions))
+        return any(TIME in sp.sympify(expression).free_symbols for expression in every)
+
+    @cached_property
     def parameter_names(self) -> tuple[str, ...]:
         """The names (paths) of the parameters, in order."""
         return tuple(p.name for p in self.parameters)

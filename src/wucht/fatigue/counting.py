@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from wucht.fatigue.counted_cycles import Cycles
+from wucht.numerics.zeros_and_peaks import stretches
 
 _OPEN = 2  # distinct samples that are still needed: whether the last one is an extreme shows the next
 
@@ -179,10 +180,7 @@ def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> Cycles:
     left, half = np.asarray(counts, dtype=float).copy(), float(levels[1] - levels[0]) / 2 if len(levels) > 1 else 0.0
     found = list[tuple[float, float, float]]()
     while left.any():
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], left > 0, [0]])))
-        begins, ends = edges[::2], edges[1::2]
-        longest = int((ends - begins).argmax())
-        part = slice(begins[longest], ends[longest])
+        part = slice(*max(stretches(left > 0), key=lambda each: each[1] - each[0]))
         often = float(left[part].min())
         left[part] -= often
         found.append((levels[part][0] - half, levels[part][-1] + half, often))

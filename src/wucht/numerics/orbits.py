@@ -20,7 +20,7 @@ from wucht.errors import RunError, WuchtError
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, Numbers
-from wucht.numerics.periodic.closing import Closed, Closing, closed, depends_on_time
+from wucht.numerics.periodic.closing import Closed, Closing, closed
 from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact, finer
 from wucht.numerics.periodic.floquet import across_flow, logarithms
 from wucht.piecewise import PiecewiseCubic
@@ -194,7 +194,7 @@ def _held(
         raise WuchtError(f"the period of a periodic motion is positive, not {period}", code="period")
     if phase_state is not None and phase_state not in range(n):
         raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}", code="no-state")
-    if free_period and depends_on_time(system):
+    if free_period and system.depends_on_time:
         raise WuchtError(
             "the period of a periodic motion is free, but the equations depend on time: give the period", code="time-dependent"
         )
@@ -266,7 +266,7 @@ class _Equations:
         """ln mu (n,), the largest first. repeats: whether it is closed, so that a phase that nothing fixes has mu = 1."""
         maps, flow = finer(self.plain, self.parameters, self.time, orbit, closing.sizes)
         moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
-        if repeats and moves and not depends_on_time(self.plain.system):
+        if repeats and moves and not self.plain.system.depends_on_time:
             logs = np.append(logarithms(across_flow(maps, flow)[0])[0], 0.0)
         else:
             logs = logarithms(maps)[0]

@@ -1,4 +1,4 @@
-"""Zeros of functions on a grid, all at once, and peaks of sampled signals between their samples."""
+"""Zeros of functions on a grid, all at once; peaks of sampled signals between samples; stretches in which something holds."""
 
 from __future__ import annotations
 
@@ -192,3 +192,9 @@ def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np
         at_level = level == k
         largest[at_level] = np.maximum(table[low[at_level]], table[high[at_level] - 2**k + 1])
     return largest
+
+
+def stretches(holds: np.ndarray) -> list[tuple[int, int]]:
+    """First and one past the last sample of each stretch in which something holds (N,), in order."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], holds.astype(int), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -10,7 +10,7 @@ import sympy as sp
 from tests.refusals import failed
 
 from wucht.errors import RunError
-from wucht.numerics.periodic.closing import Closing, Places, closed, depends_on_time, places, with_clock
+from wucht.numerics.periodic.closing import Closing, Places, closed, places, with_clock
 from wucht.system import TIME, System
 
 RNG = np.random.default_rng(3)
@@ -94,7 +94,7 @@ def closing(reference: list[float], period: float, **more: object) -> Closing:
 def test_time_becomes_a_state() -> None:
     system = System((x,), (-a * x + sp.cos(TIME),), (a,))
     timed = with_clock(system)
-    assert depends_on_time(system) and not depends_on_time(timed)
+    assert system.depends_on_time and not timed.depends_on_time
     assert len(timed.states) == 2 and timed.derivatives[1] == 1
 
 

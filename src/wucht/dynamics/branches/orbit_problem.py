@@ -18,7 +18,7 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.machines.operation import turning as steady_machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.system import TIME, System
+from wucht.system import System
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _of_equations(settings: OrbitSettings, subject: OwnEquations, path: str, bou
     for key in ("inertia", "together"):
         if getattr(settings, key):
             raise InputError(f"study.{key}", getattr(settings, key), "allowed for a machine only", code="machine-only")
-    if any(TIME in e.free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
+    if system.depends_on_time:
         raise InputError("system", None, "these equations depend on the time t: give the phase of the forcing as a state")
     turning = {s.name for s in system.angles}
     show = settings.show or next((n for n in names if n not in turning), names[0])

@@ -20,7 +20,6 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import deflated, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
-from wucht.system import TIME
 
 Watch = Callable[[], None]
 
@@ -193,7 +192,7 @@ class SystemEquilibria:
         for key, given in (("only", settings.only), ("inertia", settings.inertia)):
             if given is not None:
                 raise InputError(f"study.{key}", given, "allowed for a machine only")
-        if any(TIME in e.free_symbols for e in (*subject.system.derivatives, *(e for _, e in subject.system.definitions))):
+        if subject.system.depends_on_time:
             raise InputError("system", None, "these equations depend on the time t: they have no equilibria")
         show = settings.show or names[0]
         if show not in names:

@@ -9,12 +9,11 @@ from functools import cached_property, lru_cache
 from typing import Any, Protocol
 
 import numpy as np
-import sympy as sp
 
 from wucht.disk_cache import derived_once
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.jacobian import Jacobian
-from wucht.system import TIME, System
+from wucht.system import System
 
 Residual = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """u (n+1,) -> F (n,), dF/du (n, n+1)."""
@@ -163,7 +162,7 @@ class Equations:
         missing = [name for name in names if name not in varied and name not in fixed]
         if missing:
             raise WuchtError(f"the parameter {missing[0]} has no value: give one to each that is not varied", code="no-value")
-        if any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
+        if system.depends_on_time:
             raise WuchtError(
                 "these equations depend on time: they have no equilibria, but periodic orbits", code="time-dependent"
             )

@@ -22,6 +22,7 @@ from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.hopf_ends import SHRINKS, equilibria_of, hopf_point, nearest_special
 from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, Growth, PeriodLaw, growth
+from wucht.numerics.zeros_and_peaks import stretches
 
 SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION, HOPF = "saddle-node-on-orbit", "saddle-connection", "hopf"
 RANGE, CLOSED, PERIOD_LIMIT, NOT_IDENTIFIED = "range", "closed", "period-limit", "not-identified"
@@ -215,9 +216,8 @@ def _slow_places(cycles: Cycles, here: Cycle) -> list[np.ndarray]:
         return [states[:, speed.argmin()]]
     begin = int(np.flatnonzero(slow & ~np.roll(slow, 1))[0])
     order = np.roll(np.arange(len(slow)), -begin)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], slow[order], [0]])))
-    stretches = [order[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    return [states[:, i[speed[i].argmin()]] for i in stretches if shares[i].sum() > _DWELLS]
+    waits = [order[a:b] for a, b in stretches(slow[order])]
+    return [states[:, i[speed[i].argmin()]] for i in waits if shares[i].sum() > _DWELLS]
 
 
 def _near(here: Cycle, place: np.ndarray, x: np.ndarray) -> bool:

@@ -12,7 +12,7 @@ The monodromy matrix M is not multiplied out: with places on the way, the change
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 import sympy as sp
@@ -173,12 +173,6 @@ def with_clock(system: System) -> System:
     return replace(bare, states=(*system.states, clock), derivatives=(*rates, sp.S.One), definitions=definitions)
 
 
-@lru_cache(maxsize=64)
-def depends_on_time(system: System) -> bool:
-    """Whether time occurs in the equations."""
-    return any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions)))
-
-
 @dataclass(frozen=True, eq=False)
 class Closed:
     """An orbit, or a motion that is to become one.
@@ -217,7 +211,7 @@ def closed(
         Where none is found.
     """
     shares, n = np.linspace(0.0, 1.0, motion.shape[1]), len(system.states)
-    if depends_on_time(system):
+    if system.depends_on_time:
         motion = np.concatenate([motion, time + closing.period * shares[None]])
         system, closing = with_clock(system), closing.timed(time)
     fixed = dict(zip(system.parameter_names, map(float, parameters), strict=True))

@@ -13,6 +13,7 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.saddle_connections import Connections
+from wucht.numerics.zeros_and_peaks import stretches
 
 _SAMPLES = 20_001
 _SLOW = 0.05  # of the largest speed
@@ -153,11 +154,10 @@ def waiting(connections: Connections, connection: Connection) -> Waiting | None:
     states, n = connection.at(tau), connections.rates.n
     given = np.concatenate([states, np.repeat(connection.parameters[:, None], len(tau), axis=1)])
     speed = np.linalg.norm(connections.rates.values(given)[0] / connections.rates.scale[:n, None], axis=0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], (speed < _SLOW * speed.max()).astype(int), [0]])))
-    stretches = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if a > 0 and b < len(tau)]
-    if not stretches:
+    waits = [(a, b) for a, b in stretches(speed < _SLOW * speed.max()) if a > 0 and b < len(tau)]
+    if not waits:
         return None
-    a, b = max(stretches, key=lambda each: each[1] - each[0])
+    a, b = max(waits, key=lambda each: each[1] - each[0])
     k = a + int(speed[a:b].argmin())
     return Waiting((b - a) / len(tau), float(tau[k]), states[:, k])
 
@@ -177,8 +177,6 @@ def longer(connections: Connections, connection: Connection) -> Connection:
     n, more = connections.rates.n, connections.time - connection.time
     if more <= 0:
         raise RunError(f"a connection of time {connection.time:.6g} is not followed for a longer one in {connections.time:.6g}")
-            f"a connection of the time {connection.time:.6g} is not followed for a longer one in {connections.time:.6g}"
-        )
     begin, end = connection.equilibria[0], connection.equilibria[-1] + 2 * np.pi * connections.winding
     times, states = rest_of(connection, 0.0)
     away, scale = states[:, 0] - begin, connections.rates.scale[:n]

@@ -23,7 +23,7 @@ def in_periods(system: System) -> System:
 
     Raises ``WuchtError`` where the equations depend on time.
     """
-    if any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
+    if system.depends_on_time:
         raise WuchtError(
             "these equations depend on time: give them a phase instead, by forced(system, frequency)", code="time-dependent"
         )

@@ -14,7 +14,7 @@ from wucht.disk_cache import derived_once
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.jacobian import Jacobian, variational
-from wucht.system import TIME, Output, System
+from wucht.system import Output, System
 
 TURN = 2 * math.pi
 PASSED = "passed_time"  # the quadrature of ``by_length``
@@ -53,7 +53,7 @@ class Plane:
                 f"a phase plane has two states, not {len(s.states)} ({named}): its curves would not be separatrices",
                 code="two-states",
             )
-        if any(TIME in sp.sympify(e).free_symbols for e in (*s.derivatives, *(e for _, e in s.definitions))):
+        if s.depends_on_time:
             raise WuchtError("these equations depend on time: they have no phase plane", code="time-dependent")
         if not (np.isfinite([self.low, self.high]).all() and (self.low < self.high).all()):
             raise WuchtError(f"the window from {self.low} to {self.high} is none: low must be below high")
