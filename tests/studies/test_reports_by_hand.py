@@ -52,6 +52,38 @@ def test_a_torque_balance() -> None:
     assert told(result.assign_attrs(dimensionless=1)) == bare
 
 
+def test_a_map_of_basins() -> None:
+    level = {"cells": [4, 6], "fractions": {"passed": 0.25, "unidentified": 0.5}}
+    given: dict[str, Any] = {
+        "levels": [level], "axes": {"psi": {}, "delta": {}}, "fractions": level["fractions"],
+        "bound": {"passed": 0.02, "unidentified": 0.03}, "runs": 24, "runs_of_dense_map": 96, "integration": "in batches",
+        "followed": {"unidentified": [1.5, 1.5]}, "time_unit": "s", "failures": 2, "sentence": "",
+    }  # fmt: skip
+    _, verdict, *told = lines("basin", **given)
+    assert verdict == "verdict: nothing is computed yet"
+    assert told == [
+        "  map          4 x 6 cells over psi and delta",
+        "  runs         24, where one in each cell of the finest map would be 96",
+        "  shares       ± holds in 19 of 20 cases; borders that the map resolves are off by 3 % at most",
+        "  integrated   in batches",
+        "  unidentified 50 % of the map, followed until 1.5 s",
+        "  failed       2 runs: see the warnings",
+    ]
+    finer = {"cells": [8, 12], "fractions": {"passed": 0.125, "unidentified": 0.5}}
+    more = given | {
+        "levels": [level, finer],
+        "runs": 96,
+        "followed": {"unidentified": [1.5, 2.0]},
+        "time_unit": "",
+        "failures": 1,
+    }
+    told = lines("basin", **more)[2:]
+    assert told[0] == "  map          4 x 6 cells over psi and delta, at the borders halved to those of 8 x 12"
+    assert told[1] == "  runs         96"
+    assert told[3:5] == ["  by level     passed 25 %, 12.5 %", "               unidentified 50 %, 50 %"]
+    assert told[-2:] == ["  unidentified 50 % of the map, followed until 1.5 to 2", "  failed       1 run: see the warnings"]
+
+
 def test_a_sweep() -> None:
     jump = {
         "direction": "up", "drive.slope": 0.123456789, "from_speed": 10.0, "to_speed": 20.0, "from_amplitude": 1e-3,

@@ -5,13 +5,13 @@ import pytest
 
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD, OUTCOMES, Evidence, Outcome, classify, classify_each
-from wucht.dynamics.verdicts.screening import LastHalf, Screening, screened
+from wucht.dynamics.verdicts.screening import LastHalf, Screening, screening_of
 
 TIMES = np.linspace(0.0, 400.0, 160)
 
 
 def screen(half: LastHalf, free: float = np.nan) -> Screening:
-    return screened(half, np.full(half.speed.shape[1], free), Noise.of())
+    return screening_of(half, np.full(half.speed.shape[1], free), Noise.of())
 
 
 def of(speed: np.ndarray, phase: np.ndarray | None = None, left: np.ndarray | None = None) -> LastHalf:
@@ -80,7 +80,7 @@ def test_outcomes_are_those_of_the_same_criteria() -> None:
     """At the free speed or below it, a resonance between, with and without an unbalance that is left: one beside the other."""
     speeds, left = np.array([1.0, 1.0, 0.6, 0.6]), np.array([0.001, 0.5, 0.5, 0.5])
     half = LastHalf(400.0, np.ones((160, 1)) * speeds, np.zeros((1, 160, 4)), np.ones((160, 1)) * left)
-    evidence = replace(screened(half, np.ones(4), Noise.of()).evidence, resonance=np.array([0.7, 0.7, 0.7, np.nan]))
+    evidence = replace(screening_of(half, np.ones(4), Noise.of()).evidence, resonance=np.array([0.7, 0.7, 0.7, np.nan]))
     outcomes = [OUTCOMES[i] for i in classify_each(evidence)]
     assert outcomes == [Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.PASSED]
     alone = Evidence(True, (0.6, 0.6), (0.6, 0.6), free_speed=1.0, resonance=0.7, residual=(0.5, 0.5))
@@ -89,7 +89,7 @@ def test_outcomes_are_those_of_the_same_criteria() -> None:
 
 def test_a_modulation_is_not_told_from_samples() -> None:
     half = of(0.6 * (1 + 3 * MODULATION_THRESHOLD * np.cos(2 * np.pi * TIMES / 1.5)))
-    rest = screened(half, np.ones(2), Noise.of())
+    rest = screening_of(half, np.ones(2), Noise.of())
     assert not rest.evidence.modulated.known.any()
     whole = replace(rest.evidence, settled=np.ones(2, bool), resonance=np.full(2, 0.7))
     assert [OUTCOMES[i] for i in classify_each(whole)] == [Outcome.UNIDENTIFIED] * 2

@@ -36,3 +36,8 @@ def test_questions_that_fit() -> None:
     )
     assert asked.together == ("p1", "p2") and asked.ranges == {"x": (0, 1)} and len(asked.values) == 60
     assert wucht.PhasePortrait(together=True).together is True
+
+
+def test_whether_the_main_rotor_turns_at_a_given_speed() -> None:
+    assert wucht.PhasePortrait().turning() == ""
+    assert wucht.PhasePortrait(speed=20.0).turning() == "the main rotor held at study.speed"

@@ -22,7 +22,7 @@ from wucht.dynamics.verdicts.outcomes import (
     Outcome,
     classify_each,
 )
-from wucht.dynamics.verdicts.screening import LastHalf, Screening, screened
+from wucht.dynamics.verdicts.screening import LastHalf, Screening, screening_of
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.members import Members
@@ -144,7 +144,7 @@ class FirstLook:
         course = _lengthened(record.course if index else None, speed, left)
         half = slice(-SAMPLES, None)
         seen, free = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half]), self._free[variants.of]
-        rest = screened(seen, free, self.noise)
+        rest = screening_of(seen, free, self.noise)
         last = index == self.pace.chunks - 1
         at_end = last and self.final
         outcome = self._outcome(rest, seen, variants)

@@ -77,7 +77,7 @@ class Screening:
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def screened(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
+def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     """What can be told of M members. free: what their drives reach without vibration (M,), signed, nan where that is not known.
     noise: of their integration."""
     speed, count = half.sense * half.speed, half.speed.shape[1]
