@@ -107,6 +107,21 @@ def wucht(*words: str) -> Callable[[], int]:
     return run
 
 
+def entry_point(*words: str) -> Callable[[], int]:
+    """The whole program, to be called in a child: also what it does before and after a command."""
+
+    def run() -> int:
+        from wucht.cli import main
+
+        sys.argv = ["wucht", *words]
+        try:
+            main()
+        except SystemExit as ended:
+            return int(ended.code or 0)
+
+    return run
+
+
 def _child(function: Callable[[], int], folder: Path, ctrl_c_after: float) -> None:
     """Never returns."""
     import resource

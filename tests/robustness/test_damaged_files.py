@@ -76,7 +76,7 @@ def result(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return folder / "out" / "result.nc"
 
 
-@pytest.mark.parametrize("count", [25, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [16, pytest.param(1000, marks=pytest.mark.slow)])
 def test_changed_bytes_of_a_result(result: Path, tmp_path: Path, count: int) -> None:
     """What is read all the same is what was written: there are bytes that mean nothing."""
     from wucht.results.output_folder import load

@@ -35,6 +35,7 @@ def was_killed(seconds: float, words: tuple[str, ...], folder: Path) -> bool:
     return True
 
 
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize("kind", [kind if kind == QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS])
 def test_killed_and_resumed(kind: str, tmp_path: Path) -> None:
     children.load_everything()
