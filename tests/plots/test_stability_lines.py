@@ -14,10 +14,10 @@ from wucht.plots.stability_lines import (
     draw_kinds,
     draw_region,
     entries_of_kinds,
+    equal_stretches,
     field,
     meeting,
     smooth_curve,
-    stretches,
 )
 
 SYMBOLS: dict[str, Symbol] = {"": ("^", "white", ""), "hopf": ("D", "white", "Hopf point"), "branch-point": ("s", "black", "")}
@@ -56,7 +56,7 @@ def test_a_region_has_its_hatch_in_the_map_and_in_the_legend() -> None:
     ("kinds", "expected"), [([1, 1, 0, 0, 2], [(0, 2), (2, 4), (4, 5)]), ([3], [(0, 1)]), ([], []), ([1, 1], [(0, 2)])]
 )
 def test_runs_of_equal_values(kinds: list[int], expected: list[tuple[int, int]]) -> None:
-    assert stretches(np.array(kinds)) == expected
+    assert equal_stretches(np.array(kinds)) == expected
 
 
 def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:

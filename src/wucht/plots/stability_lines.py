@@ -78,7 +78,7 @@ def draw_region(axis: Axes, x: np.ndarray, y: np.ndarray, inside: np.ndarray, ha
     drawn.set(edgecolor=edge, linewidth=0.0)
 
 
-def stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
+def equal_stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
     """Where runs of equal values in (N,) begin, and where the next one does."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1, [len(kinds)]])
     return [(a, b) for a, b in pairwise(edges.tolist()) if b > a]

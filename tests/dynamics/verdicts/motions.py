@@ -9,6 +9,7 @@ import pytest
 from wucht.dynamics.verdicts.evidence import standing
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import Watch
+from wucht.dynamics.verdicts.outcomes import Fact
 from wucht.dynamics.verdicts.verdict import judge
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
@@ -22,6 +23,11 @@ ROTOR = {"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": UNBALANCE, "ine
 # How long a run is advised to be: times the run at least, a run-up, a decay.
 LONGER, RUN_UPS, DECAYS = 2.5, 2.0, 12.0
 _MASS = 10.0  # kg, of all together
+
+
+def truth(fact: Fact) -> bool | None:
+    """Of one motion; None: it is not known."""
+    return True if fact.yes else False if fact.no else None
 
 
 def carrier(natural, decay=10.0):

@@ -18,6 +18,7 @@ from motions import (
     stands,
     steady,
     tenth,
+    truth,
     with_ball,
 )
 
@@ -60,7 +61,7 @@ def test_it_is_advised_to_go_on_too_until_a_speed_is_known_to_a_thousandth_that_
     """Settled at 50.05 % of the free speed, from above; the resonance is at 50.08 %."""
     found = stands(beyond(), approaching(0.5005, -0.002))
     assert found.evidence.settled
-    assert found.evidence.beyond.one is None
+    assert truth(found.evidence.beyond) is None
     lowest = 0.002 * math.exp(-5 / 60)  # at the end of the last tenth, not in the mean
     assert found.needed == pytest.approx(6 * math.log(1.5 * lowest / 0.001) / 10, rel=0.05)
 
@@ -68,7 +69,7 @@ def test_it_is_advised_to_go_on_too_until_a_speed_is_known_to_a_thousandth_that_
 def test_it_is_advised_to_go_on_too_until_it_is_known_not_to_be_modulated():
     """The range of its speed in the last tenth may fall to nothing: until it is 0.1 %."""
     found = stands(beyond(), approaching(1.0, -0.0065, time=20.0))
-    assert found.evidence.modulated.one is None
+    assert truth(found.evidence.modulated) is None
     assert found.needed == pytest.approx(2 * math.log(0.0044 / 0.001) / 10, rel=0.02)
 
 
@@ -123,7 +124,7 @@ def test_means_are_taken_over_irregular_cycles_up_to_two_a_tenth(tenths, whole):
 def test_thirty_irregular_cycles_are_seen_to_last(cycles, lasts):
     """In the last half of the record."""
     found = stands(before(), irregular(3.0), until=6.0 * cycles, free=2 * W)
-    assert found.evidence.modulated.one is (True if lasts else None)
+    assert truth(found.evidence.modulated) is (True if lasts else None)
     assert found.evidence.settled is lasts
     assert found.needed == (0.0 if lasts else math.inf)  # they may become regular before
 
@@ -139,7 +140,7 @@ def changing(change, kind):
 )
 def test_a_modulation_lasts_that_will_rise_by_fifteen_percent_or_fall_by_two(kind, change, lasts):
     found = stands(before(), modulated(changing(change, kind), 5.0), until=201.0, free=2 * W)
-    assert found.evidence.modulated.one is (True if lasts else None)
+    assert truth(found.evidence.modulated) is (True if lasts else None)
     assert found.evidence.settled is lasts
 
 
@@ -150,7 +151,7 @@ def test_a_modulation_that_falls_to_and_fro_may_die_out(fall, lasts):
     def share(t):
         return 0.2 * (1 - fall / 80 * (t - 207) + 0.004 * np.cos(np.pi * (t - 195) / 20))
 
-    assert stands(before(), modulated(share, 5.0), until=207.0, free=2 * W).evidence.modulated.one is lasts
+    assert truth(stands(before(), modulated(share, 5.0), until=207.0, free=2 * W).evidence.modulated) is lasts
 
 
 @pytest.mark.parametrize(
@@ -163,7 +164,7 @@ def test_a_modulation_whose_ranges_differ_may_die_out_unseen_in_less_than_ten_cy
         return 0.2 * (1 + uneven * np.cos(np.pi * (t - until) / 10))
 
     found = stands(before(), modulated(share, 5.0), until=until, free=2 * W)
-    assert found.evidence.modulated.one is (True if lasts else None)
+    assert truth(found.evidence.modulated) is (True if lasts else None)
     if until == 95.0:
         assert found.needed == (0.0 if lasts else pytest.approx(2 * 10 * 5.0 / until - 1, rel=0.01))
 
@@ -191,7 +192,7 @@ def test_a_modulation_that_may_die_out_does_not_matter_two_ranges_beyond_the_res
     height = 0.5 / (ranges + 0.5) / 0.935  # averages over a turn see less
     fading = modulated(lambda t: height * np.exp(-(t - 195) / 400), 5.0)
     found = stands(beyond(), fading, until=201.0)
-    assert found.evidence.modulated.one is None
+    assert truth(found.evidence.modulated) is None
     assert found.evidence.settled is settled
 
 
@@ -222,7 +223,7 @@ def test_a_residual_unbalance_that_has_begun_to_rise_may_go_on_to_do_so(part, ba
     """As far as it is looked ahead, 150 tenths: from 0.4 % to 1 %. It fell until three windows before the last."""
     rise = part * 0.006 / 150
     found = stands(with_ball(), steady, off(lambda t: 0.004 + rise * np.maximum(tenth(t), -3 - 0.5 * (tenth(t) + 3))))
-    assert found.evidence.balanced.one is balanced
+    assert truth(found.evidence.balanced) is balanced
     assert found.growing is (balanced is None)
 
 
@@ -237,7 +238,7 @@ def test_a_residual_unbalance_falls_to_and_fro_if_it_is_less_by_a_thousandth_tha
 
 def test_it_is_advised_to_go_on_until_the_residual_unbalance_is_half_a_hundredth():
     found = stands(with_ball(), steady, off(lambda t: 0.03 * np.exp((END - 10 - t) / 40)))
-    assert found.evidence.balanced.one is None
+    assert truth(found.evidence.balanced) is None
     assert found.needed == pytest.approx(4 * math.log(0.03 / 0.005) / 10, rel=0.02)
 
 

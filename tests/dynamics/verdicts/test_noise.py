@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import W, beyond, modulated, stands, steady, swinging_between, with_ball
+from motions import W, beyond, modulated, stands, steady, swinging_between, truth, with_ball
 
 from wucht.dynamics.verdicts.evidence import IN_NOISE
 from wucht.dynamics.verdicts.noise import Noise
@@ -50,7 +50,7 @@ def test_a_coarse_tolerance_does_not_hide_a_modulation():
     """A range of 1 % with a tolerance of 1e-3: the motion is not called steady."""
     noise = Noise.of(1e-3)
     evidence = stands(beyond(), modulated(10 * noise.speed, 7.0), noise=noise).evidence
-    assert evidence.modulated.one is True
+    assert truth(evidence.modulated) is True
 
 
 def test_where_the_noise_is_as_large_as_the_limit_that_is_the_advice():

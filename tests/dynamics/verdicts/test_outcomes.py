@@ -11,6 +11,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from motions import truth
 
 from wucht.dynamics.verdicts.outcomes import Evidence, Locking, Outcome, classify
 
@@ -85,8 +86,8 @@ def test_the_mean_speed_must_be_within_half_a_percent_whatever_the_lowest():
 
 def test_a_rotor_that_turns_against_its_drive_does_not_hold_its_speed():
     assert case(AT_SPEED, free_speed=-FREE) is Outcome.PASSED
-    assert replace(AT_SPEED, **speed(-199.0), free_speed=-FREE).at_speed.one is True
-    assert replace(AT_SPEED, **speed(just_above(-199.0)), free_speed=-FREE).at_speed.one is False
+    assert truth(replace(AT_SPEED, **speed(-199.0), free_speed=-FREE).at_speed) is True
+    assert truth(replace(AT_SPEED, **speed(just_above(-199.0)), free_speed=-FREE).at_speed) is False
 
 
 def test_less_than_one_percent_of_the_unbalance_may_be_left():
@@ -243,7 +244,9 @@ def test_a_rotor_that_does_not_turn_needs_no_settled_speed():
 )
 def test_bounds_of_the_speeds(name, bounds, outcome):
     assert case(AT_SPEED, **{name: bounds}) is outcome
-    assert replace(AT_SPEED, **{name: bounds}).at_speed.one is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(outcome)
+    assert truth(replace(AT_SPEED, **{name: bounds}).at_speed) is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(
+        outcome
+    )
 
 
 @pytest.mark.parametrize(
@@ -258,7 +261,7 @@ def test_bounds_of_the_speeds(name, bounds, outcome):
 )
 def test_bounds_of_the_unbalance(bounds, outcome):
     assert case(AT_SPEED, residual=bounds) is outcome
-    assert replace(AT_SPEED, residual=bounds).balanced.one is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(outcome)
+    assert truth(replace(AT_SPEED, residual=bounds).balanced) is {Outcome.COMPENSATED: True, Outcome.PASSED: False}.get(outcome)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -276,7 +279,7 @@ def test_bounds_of_a_lag(sign, bounds, outcome):
     lags = (tuple(sorted(sign * x for x in bounds)),)
     assert case(AT_SPEED, lags=lags) is outcome
     lagging = {Outcome.COMPENSATED: False, Outcome.BALANCER_CAPTURED: True}.get(outcome)
-    assert replace(AT_SPEED, lags=lags).asynchronous.one is lagging
+    assert truth(replace(AT_SPEED, lags=lags).asynchronous) is lagging
 
 
 @pytest.mark.parametrize(
@@ -290,7 +293,7 @@ def test_bounds_of_a_lag(sign, bounds, outcome):
 )
 def test_bounds_about_the_resonance(bounds, outcome):
     assert case(NEAR_RESONANCE, lowest_speed=bounds) is outcome
-    assert replace(NEAR_RESONANCE, lowest_speed=bounds).beyond.one is {Outcome.CAPTURED: False, Outcome.PASSED: True}.get(
+    assert truth(replace(NEAR_RESONANCE, lowest_speed=bounds).beyond) is {Outcome.CAPTURED: False, Outcome.PASSED: True}.get(
         outcome
     )
 
@@ -308,7 +311,7 @@ def test_bounds_about_the_resonance(bounds, outcome):
 def test_bounds_of_a_modulation(bounds, outcome):
     assert case(CAPTURED, modulation=bounds) is outcome
     modulated = {Outcome.CAPTURED: False, Outcome.CAPTURED_MODULATED: True}.get(outcome)
-    assert replace(CAPTURED, modulation=bounds).modulated.one is modulated
+    assert truth(replace(CAPTURED, modulation=bounds).modulated) is modulated
 
 
 @pytest.mark.parametrize(

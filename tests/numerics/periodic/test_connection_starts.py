@@ -154,7 +154,7 @@ def test_a_connection_of_a_saddle_node_for_a_longer_time(time: float) -> None:
 @pytest.mark.parametrize("time", [60.0, 59.0])
 def test_a_time_that_is_no_longer_one_is_refused(time: float) -> None:
     short: Any = SimpleNamespace(time=60.0)
-    with pytest.raises(RunError, match="is not followed for a longer one"):
+    with pytest.raises(RunError, match=f"the time {time:.6g} must be longer than that of the connection, 60"):
         longer(with_time(time), short)
 
 

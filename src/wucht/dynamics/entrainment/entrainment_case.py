@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -108,12 +108,6 @@ def _detuning(machine: Machine) -> SweptParameter:
     mean, halves = (first + second) / 2, (-0.5, 0.5)
     shares = {path: (sense * mean, sense * half) for (path, sense), half in zip(motors.items(), halves, strict=True)}
     return SweptParameter(DETUNING, machine.units.speed, "difference of the no-load speeds", second - first, shares)
-
-
-def stretches(flags: Sequence[bool] | np.ndarray) -> list[tuple[int, int]]:
-    """First and last index of each stretch of neighbours whose flag is set."""
-    change = np.diff([0, *map(int, flags), 0])
-    return list(zip(np.flatnonzero(change > 0).tolist(), (np.flatnonzero(change < 0) - 1).tolist(), strict=True))
 
 
 @dataclass(frozen=True)

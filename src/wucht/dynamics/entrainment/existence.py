@@ -15,7 +15,6 @@ from wucht.dynamics.entrainment.entrainment_case import (
     DETUNING,
     EntrainmentCase,
     no_load_speed,
-    stretches,
     swept_parameter,
 )
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
@@ -23,6 +22,7 @@ from wucht.dynamics.work import Work
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import FOLD, HOPF, Equilibria
 from wucht.numerics.continuation.fold_curves import direction
+from wucht.numerics.zeros_and_peaks import stretches
 
 STEP = 0.05  # of the arc length: phases in rad, speeds and the parameter by their sizes
 _STEPS = Steps(first=STEP, most=2 * STEP, points=4000)
@@ -124,10 +124,10 @@ class Continuation:
                 stable = b.stable[regular]
             for begin, end in stretches(stable):
                 before = regular[begin - 1] if begin else None
-                after = regular[end + 1] if end + 1 < len(regular) else None
-                ends = _edge(b, regular[begin], before), _edge(b, regular[end], after)
+                after = regular[end] if end < len(regular) else None
+                ends = _edge(b, regular[begin], before), _edge(b, regular[end - 1], after)
                 low, high = sorted(ends, key=lambda e: e.value)
-                ranges.append(StableRange(index, low, high, regular[begin : end + 1]))
+                ranges.append(StableRange(index, low, high, regular[begin:end]))
         return tuple(ranges)
 
     def _anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, stretches
+from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
 from wucht.dynamics.run_ups.observed_integration import Watched
 from wucht.dynamics.run_ups.run_up import placed_at_start
 from wucht.dynamics.verdicts.locking import Locked, locked
@@ -20,6 +20,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.zeros_and_peaks import stretches
 
 _PERIODS = 200  # of a run, if nothing says how long
 _TIMES = 25.0  # decay times of the slowest disturbance
@@ -158,7 +159,7 @@ class CaptureBand:
 def capture_band(runs: Sequence[RunFromStart], own: float) -> CaptureBand | None:
     """The band around a value, else the widest one, of runs in increasing order of theirs; None where none is entrained."""
     values = [r.value for r in runs]
-    groups = stretches([r.entrained for r in runs])
+    groups = [(begin, end - 1) for begin, end in stretches(np.array([r.entrained for r in runs], bool))]
     groups.sort(key=lambda g: (not values[g[0]] <= own <= values[g[1]], values[g[0]] - values[g[1]]))
     if not groups:
         return None

@@ -233,8 +233,7 @@ class FirstLook:
         return self.known[key]
 
     def _outcome(self, rest: Screening, seen: LastHalf, variants: Variants) -> np.ndarray:
-        """The outcome (M,) of members that have settled; ``UNDECIDED`` of others, and while bodies move at those where this
-        counts."""
+        """The outcome (M,) of members that have settled, with bodies that hardly move or compensate; else ``UNDECIDED``."""
         e, phases = rest.evidence, seen.phases[:, -1]
         others = rest.settled & rest.quiet & (e.at_speed.no | e.balanced.no)
         resonance = np.full(len(others), np.nan)

@@ -86,11 +86,6 @@ class Fact:
         """Whether it is known."""
         return self.yes | self.no
 
-    @property
-    def one(self) -> bool | None:
-        """Of one motion; None: it is not known."""
-        return True if self.yes else False if self.no else None
-
     def __bool__(self) -> bool:
         return bool(self.yes)
 

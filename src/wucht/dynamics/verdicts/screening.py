@@ -102,7 +102,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     known = turning & (varied.converging | still) & approached & in_place
     rises = _rises(speed)
     early = turning & nearing & (mean.width > tolerated) & ~quiet
-    # Of a rotor that still rises, with bodies at rest, the torques tell where it goes: ``verdicts.drive_and_vibration``.
+    # Of a rotor that still rises, with bodies at rest, the torques tell where it goes: ``verdict.as_it_rises``.
     changes = np.diff(means, axis=0)
     one_way = np.abs(changes.sum(axis=0)) >= _ONE_WAY * np.abs(changes).sum(axis=0)
     far = one_way & (np.where(mean.converging | still, mean.width, np.abs(changes[-1])) > _FAR * tolerated)

@@ -176,7 +176,7 @@ def longer(connections: Connections, connection: Connection) -> Connection:
     """
     n, more = connections.rates.n, connections.time - connection.time
     if more <= 0:
-        raise RunError(f"a connection of time {connection.time:.6g} is not followed for a longer one in {connections.time:.6g}")
+        raise RunError(f"the time {connections.time:.6g} must be longer than that of the connection, {connection.time:.6g}")
     begin, end = connection.equilibria[0], connection.equilibria[-1] + 2 * np.pi * connections.winding
     times, states = rest_of(connection, 0.0)
     away, scale = states[:, 0] - begin, connections.rates.scale[:n]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_below, new_grid, rpm_axis
-from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, stretches
+from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, equal_stretches
 from wucht.plots.style import COLOURS, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
 
@@ -100,7 +100,7 @@ def _colour(branch: int) -> str:
 
 def _pieces(axis: Axes, x: np.ndarray, curves: list[np.ndarray], stable: np.ndarray, colour: str) -> None:
     """Curves along a branch, stretches that are stable and unstable in their own style."""
-    for a, b in stretches(stable):
+    for a, b in equal_stretches(stable):
         for y in curves:
             axis.plot(x[a : b + 1], y[a : b + 1], color=colour, **(_STABLE if stable[a] else _UNSTABLE))
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
-from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, smooth_curve, stretches
+from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, entry, equal_stretches, smooth_curve
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
 from wucht.results.formatting import label, named, printed_unit, with_unit
 
@@ -216,7 +216,7 @@ def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, in
         own = code[at]
         of_segment = np.where(own[:-1] >= 0, own[:-1], own[1:])
         of_segment = np.where(of_segment >= 0, of_segment, 1)
-        yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in stretches(of_segment)]
+        yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in equal_stretches(of_segment)]
 
 
 def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> None:
