@@ -16,7 +16,7 @@ from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
 from wucht.analysis.vibration import Forced
-from wucht.dynamics.run_ups import descent_record as recording
+from wucht.dynamics.run_ups import coasting as recording
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine

@@ -1,14 +1,25 @@
-"""What is recorded of a coast-down, leg by leg: few rows of the run, the speed averaged over each turn, when it had halved."""
+"""A coast-down: the machine without its drives, the state from which it starts, and what is recorded of it, leg by leg.
+
+Few rows of the run are kept, the speed averaged over each turn, and when it had halved.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
+from wucht.analysis.vibration import Forced
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.verdicts.observation import Orbit, balanced, rows_of
+from wucht.errors import InputError
 from wucht.machines.machine import LOST, Machine
+from wucht.machines.operation import free_speed, sense_of
+from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
@@ -20,6 +31,117 @@ ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_
 _OF_TWO = {"min_speed": np.minimum, "max_speed": np.maximum, "amplitude": np.maximum}  # rows; of others the second stays
 _REACH = 2 * PER_TURN  # averages before and after the speed has halved, through which the time of that is found
 _SAMPLES_REACH = 2  # likewise, samples
+_RESONANT = 1e-6  # of an undamped resonance: so near it the steady vibration has no bound
+
+
+class CarrierStart(StrEnum):
+    """How the carrier of a coast-down starts."""
+
+    FIXED = "fixed"  # it has no free coordinate
+    STEADY = "steady"  # vibrating as at the speeds of the start
+    REST = "rest"
+    GIVEN = "given"  # as the user says
+
+
+def without_drives(machine: Machine) -> Machine:
+    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays.
+
+    So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
+    """
+    drives = machine.drives
+    undriven = [tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies]
+    own = [e.internal if len(e.applied) == len(rest) else () for e, rest in zip(machine.energies, undriven, strict=True)]
+    return machine.changed(
+        bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
+        energies=tuple(replace(e, applied=a, internal=x) for e, a, x in zip(machine.energies, undriven, own, strict=True)),
+        parts=tuple(p for p in machine.parts if p not in drives),
+        start_angles={},
+        schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),
+    )
+
+
+def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]) -> np.ndarray:
+    """The state (n,) of the machine without drives from which it starts. Raises ``InputError``."""
+    state = initial_state(coasting, start)
+    for rotor in machine.rotors:
+        row = coasting.row(rotor.coordinate.velocity)
+        if rotor.name in machine.start_angles and not _gives(start, rotor.name, "angle"):
+            state[coasting.row(rotor.coordinate.position)] += machine.start_angles[rotor.name]
+        if not _gives(start, rotor.name, "speed") and rotor.release is None:
+            state[row] = _driven_speed(machine, rotor)
+        for body in machine.group(rotor)[1:]:
+            if body.release is not None or not _gives(start, body.name, "speed"):
+                state[coasting.row(body.coordinate.velocity)] = state[row]
+    if not state[coasting.row(machine.rotor.coordinate.velocity)]:
+        raise InputError(
+            "study.start", dict(start) or None,
+            f"nothing turns: the machine has no drive to give {machine.rotor.name} a speed; "
+            f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
+        )  # fmt: skip
+    return state
+
+
+def in_phase(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
+    """A state (n,) with bodies at angles to the rotors that they turn about, from the inside outwards."""
+    moved = state.copy()
+    for body in machine.outward:
+        if body.about is not None and body.name in to_rotor:
+            head = moved[machine.row(machine.body(body.about).coordinate.position)]
+            moved[machine.row(body.coordinate.position)] = head + to_rotor[body.name]
+    return moved
+
+
+def phases_of_bodies(machine: Machine, state: np.ndarray) -> dict[str, float]:
+    """The angles of the balancing bodies to their rotor in a state (n,), by name."""
+    angles = angles_in(machine, state)
+    return {b.name: angles[b.name] - angles[b.about] for b in machine.bodies if b.about is not None}
+
+
+def carrier_start(machine: Machine, start: Mapping[str, Any], vibration: str | None) -> tuple[CarrierStart, str]:
+    """How the carrier starts, and why it does so at rest where nobody asked for that."""
+    if not machine.free_carrier:
+        return CarrierStart.FIXED, ""
+    if "carrier" in start:
+        return CarrierStart.GIVEN, ""
+    if vibration is None:
+        at = machine.at(0.0)
+        try:
+            Forced.of(at, np.zeros(len(at.bodies)))
+        except InputError as error:
+            return CarrierStart.REST, error.allowed
+    return (CarrierStart.REST if vibration == "none" else CarrierStart.STEADY), ""
+
+
+def vibrating(machine: Machine, state: np.ndarray) -> np.ndarray:
+    """A state (n,) in which the carrier rests, with its steady vibration. Raises ``InputError`` where that has no bound."""
+    at = machine.at(0.0)
+    senses = np.array([sense_of(at, body) for body in at.bodies])
+    angles, speeds = (senses * np.array(list(of(at, state).values())) for of in (angles_in, speeds_in))
+    forced = Forced.of(at, senses * angles)
+    if any(math.isclose(w, abs(w0), rel_tol=_RESONANT) for w in forced.undamped(0.0, math.inf) for w0 in speeds):
+        raise InputError(
+            "study.vibration", None,
+            "the machine starts at a resonance without damping, where its steady vibration has no bound; needed is another "
+            "speed in study.start, damping, or vibration = 'none' to start with the carrier at rest",
+        )  # fmt: skip
+    displacements, velocities = forced.vibration.at_once(speeds, angles)
+    moved = state.copy()
+    for c, x, v in zip(at.free_carrier, displacements, velocities, strict=True):
+        moved[at.row(c.position)] += x
+        moved[at.row(c.velocity)] = v
+    return moved
+
+
+def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:
+    given = start.get(body)
+    return key in given if isinstance(given, Mapping) else given is not None and key == "angle"
+
+
+def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
+    """The speed that a rotor's drive reaches, 0 if it has none; with schedules, when they are done, or last drive it."""
+    driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
+    times = reversed(machine.breakpoints) if driven else ()
+    return next((speed for t in times if (speed := free_speed(machine.at(t), rotor))), 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
