@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
 from tests.refusals import refused
 
 from interrupting import assert_same, stop_at, stopped_often
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
+from wucht.studies.activation import computation
 from wucht.studies.activation.computation import prepare
+from wucht.studies.activation.figure import _peaks
 from wucht.studies.activation.spec import Activation
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, load, report
@@ -168,3 +173,51 @@ def test_pendulums_start_at_their_orientations() -> None:
     first, second = starts[1, 1]
     assert (first, second) == pytest.approx((math.pi / 2 - 1.0, math.pi / 2 + 1.0))
     assert starts[0, 3] == pytest.approx([1.5 * math.pi - 0.25, 1.5 * math.pi + 0.25])
+
+
+def test_a_pendulum_is_open_at_the_end_if_its_mass_is_beyond_half_of_its_stroke_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two, one opens and closes again, the other opens late."""
+    stroke = MACHINE.values["p1.outer_stop"] - MACHINE.values["p1.inner_stop"]
+    shares = {"p1": [0.0, 0.9, 0.2], "p2": [0.0, 0.1, 0.9]}
+    rows = {s.coordinate.position.name: stroke * np.array(shares[s.name]) for s in MACHINE.sliders}
+    names = [b.name for b in MACHINE.bodies]
+    made = {
+        "body": names,
+        "speed": np.ones((len(names), 3)),
+        "angle": np.zeros((len(names), 3)),
+        "amplitude": np.ones(3),
+        "energy_residual": np.zeros(3),
+    }
+    motion = SimpleNamespace(
+        rows=rows,
+        seen=SimpleNamespace(time=np.arange(3.0)),
+        last=SimpleNamespace(stored=SimpleNamespace(end_time=2.0)),
+        observation=SimpleNamespace(largest=1.0),
+        verdict=SimpleNamespace(outcome="compensated", speed=1.0),
+        trajectory=SimpleNamespace(failure=None),
+    )
+    monkeypatch.setattr(computation, "run_up", lambda *_: iter([(motion,)]))
+    monkeypatch.setattr(computation, "variables", lambda *_: [SimpleNamespace(name=k, value=v) for k, v in made.items()])
+    case = SimpleNamespace(machine=MACHINE, horizon=SimpleNamespace(expected_end=2.0))
+    planned: Any = SimpleNamespace(of=computation.SWITCHABLE, case=lambda: case)
+    assert computation._one(planned, ("p1", "p2"), lambda *_: None).open_at_end == (False, True)
+
+
+def test_peaks_are_drawn_where_some_are_missing() -> None:
+    """Of two orientations the second has not been run."""
+    some = np.array([[[2e-3, 4e-3], [math.nan, math.nan]]])
+    named = {"units": "m", "long_name": "largest amplitude of the axis"}
+    at = ("activation_speed", "orientation", "phase")
+    result = xr.Dataset(
+        {
+            "peak": (at, some, named),
+            "balanced_peak": (at[1:], some[0] + 1e-3, named),
+            "rigid_peak": (at[1:], np.full((2, 2), math.nan), named),
+            "none_peak": ((), math.nan, named),
+        },
+        {"activation_speed": [150.0], "orientation": [math.pi / 2, math.pi]},
+    )
+    axis = Figure().add_subplot()
+    _peaks(axis, result)
+    lines = {line.get_label(): np.column_stack(line.get_data()).tolist() for line in axis.get_lines()}
+    assert lines == {"switchable": [[90.0, pytest.approx(3.0)]], "balanced": [[90.0, pytest.approx(4.0)]]}

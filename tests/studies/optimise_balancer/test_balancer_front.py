@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -133,3 +134,22 @@ def test_without_pymoo_a_sentence_says_what_is_needed(monkeypatch: pytest.Monkey
     monkeypatch.setattr(searches, "import_module", without)
     with refused("study.kind", "wucht[optimise]", given="optimise-balancer"):
         ask(TWO, MACHINE)
+
+
+@pytest.mark.parametrize(
+    ("shares", "is_first"),
+    [((0.3, 0.6), True), ((0.0, 1.0), True), ((-0.1, 0.5), False), ((0.5, 1.1), False), ((1.1, 1.1), False)],
+)
+def test_the_machine_as_it_is_comes_first_if_all_that_is_varied_lies_in_its_range(
+    shares: tuple[float, ...], is_first: bool
+) -> None:
+    variables = [SimpleNamespace(share=lambda x: x) for _ in shares]
+    plan: Any = SimpleNamespace(spec=SimpleNamespace(population=5, seed=1), numbers=shares)
+    generation = computation._first(plan, 2, SimpleNamespace(variables=variables))  # type: ignore[arg-type]
+    assert generation.shape == (5, 2)
+    assert (generation[0].tolist() == list(shares)) is is_first
+    assert ((generation >= 0) & (generation <= 1)).all()
+
+
+def test_a_front_of_nothing_has_no_points() -> None:
+    assert computation.front_of(SimpleNamespace(), SimpleNamespace(tried=())) == ((), 0)  # type: ignore[arg-type]

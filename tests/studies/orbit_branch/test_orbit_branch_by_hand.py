@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -112,3 +113,10 @@ def test_the_lines_that_end_the_report() -> None:
         last = STUDY.report(with_answer(rotor, section=section, orbits=[]))[-1]
         assert last == f"  stability    in the averaged equations, of {of}; exponents: per unit of time"
     assert not STUDY.report(with_answer(rotor, branches=[], orbits=[]))[-1].startswith("  stability")
+
+
+def test_exponents_are_complex() -> None:
+    _, found = circles()
+    (branch, orbit), _ = found.reported
+    made = result(reported=((branch, replace(orbit, exponents=np.array([-0.25 + 0.75j]))),))
+    assert (made.orbit_exponent_re.item(), made.orbit_exponent_im.item()) == (-0.25, 0.75)

@@ -274,3 +274,11 @@ def test_types_are_written_on_branches_that_have_no_second_value() -> None:
     assert written.get_text() == "II" and 1.0 < written.xy[0] < 10.0 and written.xy[1] == pytest.approx(2 * written.xy[0])
     made = result(replace(typed, second=0.5), of=plan(second="shift", second_values=(0.5,)))
     assert [t.get_text() for t in drawn("speed-curve", made).axes[0].texts] == []
+
+
+def test_entries_of_what_is_stable_have_the_colour_of_the_branches_if_they_have_one() -> None:
+    for made, expected in ((result(branch(1, 10)), COLOURS[0]), (second(0.5, 2.0), GREY)):
+        (axis, *_) = drawn("speed-curve", made).axes
+        legend = axis.get_legend()
+        colours = {text.get_text(): line.get_color() for text, line in zip(legend.get_texts(), legend.get_lines(), strict=True)}
+        assert colours["stable"] == expected

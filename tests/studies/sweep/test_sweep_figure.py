@@ -58,3 +58,13 @@ def test_an_interrupted_sweep_is_drawn() -> None:
 
     result = run(Sweep(along="drive.no_load_speed", range=(8.0, 11.0)), load_machine(FIGURE_5), progress=stop)
     assert draw(result).axes
+
+
+def test_the_band_about_the_speed_is_its_modulation(swept: xr.Dataset) -> None:
+    speed, _ = draw(swept).axes
+    bands = [collection.get_paths()[0].get_extents() for collection in speed.collections]
+    expected = [
+        (ramp.value.min(), ramp.min_speed.min(), ramp.value.max(), ramp.max_speed.max())
+        for ramp in (swept.sel(direction=way) for way in swept.direction.values)
+    ]
+    assert [band.extents.tolist() for band in bands] == [pytest.approx([float(x) for x in box]) for box in expected]
