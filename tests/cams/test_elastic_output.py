@@ -340,3 +340,16 @@ def test_other_input_that_makes_no_sense_is_refused():
         truncated(POLYNOMIAL, 50, 100)
     with refused("a law without a dwell: dwells", given=None):
         excited(OUTPUT, [LeverWithDwells("a law without a dwell", LAW, ())], 10.0)
+
+
+@pytest.mark.parametrize("stiffness", [2000.0, 1 / 2000])
+def test_a_resonance_is_met_if_it_is_nearer_than_a_millionth_of_a_millionth(stiffness):
+    """Of the stiffness of the spring, whether that is large or small: less than rounding can tell."""
+    output, lever = ElasticOutput(stiffness, stiffness, 0.0), Harmonics.of(0.0, [1.0])
+    for off, met in ((0.5e-12, True), (2e-12, False)):
+        omega = math.sqrt(1 + off)
+        if met:
+            with refused("omega", "order 1", given=omega, code="resonance"):
+                output.steady(lever, omega)
+        else:
+            assert abs(output.steady(lever, omega).cosine[0]) > 1e11

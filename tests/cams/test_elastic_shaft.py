@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.refusals import failed, refused
 
+from wucht.cams import elastic_shaft
 from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, OriginalCam
 from wucht.cams.laws.synthesis import equiripple
 from wucht.numerics.harmonics import Harmonics
@@ -220,3 +221,13 @@ def test_other_input_that_makes_no_sense_is_refused():
             SHAFT.turning(load, DRIVE, OMEGA, points)
     with refused("drive", given=None):
         SHAFT.turning(load, Harmonics.of(0.0, [0.0, 0.6]), OMEGA)
+
+
+def test_newtons_method_has_as_many_steps_as_it_is_given(monkeypatch):
+    load = CorrectedCam(LAW, J)
+    needed = SHAFT.turning(load, DRIVE, OMEGA, 32).iterations
+    monkeypatch.setattr(elastic_shaft, "_MOST_STEPS", needed)
+    assert SHAFT.turning(load, DRIVE, OMEGA, 32).iterations == needed
+    monkeypatch.setattr(elastic_shaft, "_MOST_STEPS", needed - 1)
+    with failed("no-convergence"):
+        SHAFT.turning(load, DRIVE, OMEGA, 32)

@@ -13,6 +13,7 @@ from wucht.cams.followers.oscillating_roller import OscillatingRoller, smallest_
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
+from wucht.cams.sizing.smallest_cam import _Rays
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -331,3 +332,21 @@ def test_a_shaft_beyond_all_bounds_is_refused():
 def test_bad_input_is_refused_by_its_sentence(make, refusal):
     with refusal:
         make()
+
+
+@pytest.mark.parametrize(
+    ("bent", "expected"),
+    [(-1.0, 2.0), (2.0, 2.0), (2.03, 2.03), (3.123, 3.123), (9.9, 9.9), (11.0, math.inf)],
+)
+def test_the_first_distance_on_a_ray_at_which_no_curvature_is_too_sharp(bent, expected):
+    """From 2 to 10 the pressure angles allow it, and from ``bent`` on the curvature; found as exactly as it is halved."""
+
+    class Rays(_Rays):
+        free = 10.0
+
+        def worst(self, ray, at):
+            return np.where(at < bent, 2.0, 1.0) * self.most
+
+    ahead = np.array([-1.0 + 0j])  # so that a distance along the ray is at least 2
+    rays = Rays(0j, 5.0, np.zeros(1, complex), np.ones(1, complex), ahead, np.array([-2.0]))
+    assert rays.first(0.0) == pytest.approx(expected, rel=1e-9)

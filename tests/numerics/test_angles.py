@@ -26,3 +26,13 @@ def test_valleys_of_functions_with_kinks_and_jumps():
     assert least == pytest.approx([0.3, 0.3], abs=1e-9)
     _, least = valleys(lambda x: np.where(np.mod(x, TURN) < 2.00003, -np.mod(x, TURN), 5.0))
     assert least.min() == pytest.approx(-2.00003, abs=1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.5 * STEP, -0.5 * STEP])
+def test_arcs_that_begin_or_end_just_beside_a_whole_turn(shift):
+    """Between the last sample of a turn and the first, and between the first and the second."""
+    begin, end = PI + shift, TURN + shift
+    assert arcs_below_zero(lambda x: np.sin(x - shift)) == (pytest.approx((begin, end), abs=1e-14),)
+    assert arcs_below_zero(lambda x: -np.sin(x - shift)) == (
+        pytest.approx((shift % TURN, PI + shift + (TURN if shift < 0 else 0.0)), abs=1e-14),
+    )

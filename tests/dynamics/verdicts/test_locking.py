@@ -277,3 +277,9 @@ def test_rotors_that_are_not_locked_are_judged_each_for_itself():
     assert verdict.outcome == "not-synchronised"
     assert verdict.rotors == {"d": "captured", "e": "passed"}
     assert verdict.sentence == "the rotors turn at different mean speeds; captured at the resonance: d"
+
+
+def test_phases_are_means_over_the_last_tenth_of_the_half_that_is_judged():
+    """Of one that falls by 1e-3 rad/s: the last tenth of 50 turns is 5 s, and its middle 2.5 s before the end."""
+    means = locked(pair(), seen(pair(), END, steady, lambda t: W * t + 1.0 + 1e-3 * (END - t)))
+    assert means.phases == {"e": pytest.approx(1.0 + 2.5e-3, abs=1e-4)}

@@ -160,3 +160,21 @@ def test_what_is_no_problem_is_refused() -> None:
     solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.0, 4.0)])
     with rejected("shape", "2"):
         solutions.start([0, 1], [[0, 0]], [0.1])
+
+
+@pytest.mark.parametrize("size", [1e6, 1e-6])
+def test_what_is_left_counts_by_the_size_of_the_unknowns(size: float) -> None:
+    """y' = 0, y(0)^2 = 4: from 3 size on in as many steps whatever the size is."""
+
+    def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros((1, u.shape[1])), np.zeros((1, 2, u.shape[1]))
+
+    def ends(first: np.ndarray, _: np.ndarray, __: np.ndarray) -> EndValues:
+        return (first / size) ** 2 - 4, np.array([2 * first / size**2]), np.zeros((1, 1)), np.zeros((1, 1))
+
+    nothing = Reference(np.zeros((1, 0)), np.zeros((1, 0)))
+    problem = BoundaryValueProblem(field, 1, 1, ends, None, MESH, nothing, np.array([size, 1.0]))
+    u, row = np.append(np.full(len(MESH.nodes), 3.0 * size), 1.0), np.zeros(len(MESH.nodes) + 1)
+    row[-1] = 1.0
+    u, steps = solved(problem, u, row, -1, 25, 1e-6)
+    assert u[:-1] == pytest.approx(2.0 * size, rel=1e-9) and steps == 4

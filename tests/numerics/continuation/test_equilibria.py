@@ -3,10 +3,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import sympy as sp
+from equations_by_hand import by_hand
 from tests.refusals import failed, rejected
 
 from auto_demos import AB, LORENZ, PP2
@@ -207,3 +209,16 @@ def test_of_two_bounds_that_a_step_passes_the_first_on_the_way_counts() -> None:
     )
     branch = limited.branch(limited.start([0.8], 0.8))
     assert max(branch.u[-1]) == 1.0 and max(branch.u[0]) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_points_between_which_an_eigenvalue_passes_unseen_are_not_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where as many are unstable, what hides between them decides."""
+    problem = Equilibria(by_hand([P - X], [X]), (0.0, 1.0))
+    stable, unstable = (Equilibrium(problem.start([0.5], 0.5), np.array([value])) for value in (-1.0, 1.0))
+    hides = [False]
+    monkeypatch.setattr(Equilibria, "_hides", lambda *_: hides[0])
+    assert problem._explained(stable, stable, ()) and problem._explained(unstable, unstable, ())
+    assert not problem._explained(stable, unstable, ()) and not problem._explained(unstable, stable, ())
+    assert problem._explained(stable, unstable, [replace(stable, kind="fold")])
+    hides[0] = True
+    assert not problem._explained(stable, stable, ())

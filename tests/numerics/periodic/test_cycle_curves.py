@@ -9,6 +9,7 @@ import pytest
 from tests.refusals import rejected
 
 from known_orbits import BAUTIN, EVEN, MOEBIUS, PITCHFORK, PLANE, SPACE, TORUS_BIRTH, W, X, Y, Z, placed
+from wucht.numerics.collocation.boundary_values import Reference
 from wucht.numerics.periodic import cycle_curves
 from wucht.numerics.periodic.cycle_curves import CurveCycle, CycleCurve
 from wucht.numerics.periodic.cycle_starts import cycle_near
@@ -181,3 +182,17 @@ def test_bad_input_is_told() -> None:
         CycleCurve.of("fold", BAUTIN, ("p", "q"), {}, BOUNDS)
     with rejected("no-angle", "x"):
         CycleCurve.of("fold", BAUTIN, ("p", "q"), fixed, BOUNDS, winding={"x": 1})
+
+
+@pytest.mark.parametrize("kind", ["fold", "period-doubling"])
+def test_the_integrals_are_taken_in_terms_of_the_sizes(kind: str) -> None:
+    """Of a state of two: int (y - y_ref).y_ref' = 0 and int v.v (+ (c/T)^2) = 1, each by the square of its size."""
+    sizes = np.array([2.0, 10.0, 2.0, 10.0, 7.0, 7.0, 1.0, 1.0])
+    _, integrand = cycle_curves._conditions(kind, 2, np.zeros(2), sizes)
+    y, reference = np.array([[3.0], [5.0], [4.0], [20.0]]), np.array([[1.0], [1.0], [0.0], [0.0]])
+    slope = np.array([[8.0], [50.0], [0.0], [0.0]])
+    rows, by_states, _ = integrand(y, np.array([7.0, 3.5, 0.0, 0.0]), Reference(reference, slope))
+    across = (3.0 - 1.0) * 8.0 / 2**2 + (5.0 - 1.0) * 50.0 / 10**2
+    square = (4.0 / 2) ** 2 + (20.0 / 10) ** 2 - 1 + (0.5**2 if kind == "fold" else 0.0)
+    assert rows[:2, 0] == pytest.approx([across, square])
+    assert by_states[:2, :, 0] == pytest.approx(np.array([[2.0, 0.5, 0.0, 0.0], [0.0, 0.0, 2.0, 0.4]]))

@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 from wucht.studies.cam_correction.prepare import measured
+from wucht.studies.cam_correction.run import _folded
 from wucht.studies.cam_correction.spec import Acceleration
 from wucht.studies.study_file import run_file
 
@@ -245,3 +247,16 @@ def test_a_changed_record_of_the_acceleration_is_another_question(tmp_path):
     record.write_text(record.read_text().replace("1.000000\n", "1.000001\n", 1))
     with refused("--resume", "acc.csv", code="other-question"):
         run_file(file, folder=tmp_path / "out", resume=True)
+
+
+@pytest.mark.parametrize(("count", "shown"), [(1000, 1000), (7001, 3000)])
+def test_of_a_long_record_some_samples_are_shown_of_a_short_one_all(count, shown):
+    """Each once, within a turn from its zero on, about the mean; those of a long one from all of it."""
+    time = np.linspace(1.0, 3.0, count)
+    channel = SimpleNamespace(time=time, values=100.0 + np.arange(count))
+    record = SimpleNamespace(channel=channel, turns=5, comparison=SimpleNamespace(measured=SimpleNamespace(mean=100.0)))
+    tau, values = _folded(SimpleNamespace(measured=record, zero=0.25))
+    numbers = values.astype(int)
+    assert len(set(numbers.tolist())) == len(values) == shown
+    assert numbers.min() < 20 and numbers.max() > count - 20
+    assert tau == pytest.approx(np.mod(5 * math.pi * (time[numbers] - 0.25), 2 * math.pi), abs=1e-9)
