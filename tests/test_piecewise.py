@@ -140,3 +140,22 @@ def test_it_is_printed_by_its_name():
     assert str(PiecewiseCubic(t, pieces)) == "drive.voltage(t)"
     assert sp.latex(PiecewiseCubic(t, pieces)) == r"\mathrm{drive.voltage}\left(t\right)"
     assert sp.latex(PiecewiseCubic(t, pieces) ** 2).endswith("^{2}")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "jumps"),
+    [
+        ((0, 1, 0, 0), (1e-13, 0, 0, 0), (0.0,)),  # small as it is, it is as large as the values are
+        ((0, 1, 0, 0), (0, 2, 0, 0), ()),
+        ((1e6, 0, 0, 0), (1e6 + 1e-9, 0, 0, 0), ()),  # rounding
+        ((0, 0, 0, 0), (0, 1, 0, 0), ()),
+    ],
+)
+def test_what_is_a_jump_is_said_by_the_size_of_the_values(first, second, jumps):
+    assert Pieces("f", (0.0,), (first, second)).jumps() == jumps
+
+
+def test_a_large_value_makes_rounding_of_it_no_jump():
+    """Of three pieces, the first of which is zero."""
+    pieces = Pieces("f", (0.0, 1.0), ((0, 0, 0, 0), (0, 1e6, 0, 0), (1e6 + 1e-9, 0, 0, 0)))
+    assert pieces.jumps() == ()

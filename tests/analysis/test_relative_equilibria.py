@@ -265,3 +265,22 @@ def test_speeds_without_torque_are_a_family() -> None:
     assert full.stability(state).stable is True
     orbit = full.motions.orbit(full.start(state.inside), state.inside.speed)
     assert motion.exponents[0].real == pytest.approx(np.log(np.abs(orbit.nontrivial(2)[0])) / orbit.period, rel=1e-7)
+
+
+@pytest.mark.parametrize(("displacement", "expected"), [(5e-3, 5e-3), (1e-3, 3.575e-3)])
+def test_states_are_as_large_as_displacement_or_unbalance(displacement: float, expected: float) -> None:
+    """Of 10 kg with 9.75 kg of 1 mm and twice 0.125 kg at 0.104 m; phases are 1 rad, speeds those of the rotor, 150 rad/s."""
+    equilibria = RelativeEquilibria.of(drum())
+    names = equilibria.system.state_names
+    given = {"drum.speed": 150.0, "carrier.along": 0.6 * displacement, "carrier.across": 0.8 * displacement}
+    sizes = dict(zip(names, equilibria.sizes(np.array([given.get(name, 0.0) for name in names])).tolist(), strict=True))
+    assert (sizes["drum.speed"], sizes["p1.speed"], sizes["p1.phase"]) == (150.0, 150.0, 1.0)
+    assert sizes["carrier.along"] == sizes["carrier.across"] == pytest.approx(expected)
+    assert sizes["carrier.valong"] == sizes["carrier.vacross"] == pytest.approx(150 * expected)
+
+
+def test_on_a_carrier_that_does_not_move_there_are_phases_and_speeds_alone() -> None:
+    equilibria = RelativeEquilibria.of(machine_from({"carrier": {"directions": "fixed"}, "bodies": BODIES, "drive": MOTOR}))
+    given = {"drum.speed": 150.0}
+    sizes = equilibria.sizes(np.array([given.get(name, 0.0) for name in equilibria.system.state_names]))
+    assert sizes.tolist() == [1.0, 1.0, 150.0, 150.0, 150.0]

@@ -7,6 +7,7 @@ import pytest
 from known_motion import OMEGA, ORDERS, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, times_of, uneven
 
 from wucht.errors import InputError
+from wucht.measurements import repetition
 from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.shaft_signal import angle_signal, pulse_signal, speed_signal
 from wucht.numerics.harmonics import Harmonics
@@ -195,3 +196,23 @@ def test_a_wrong_scale_is_told_though_the_speed_drifts_a_little():
     values = 1.03 * (speed_at(t) + 0.004 * OMEGA * (t / t[-1] - 0.5))
     (text,) = suspicions(fit_orders(speed_signal(channel(t, values)), ORDERS))
     assert "is 1.03 times the speed" in text
+
+
+@pytest.mark.parametrize(("one", "two"), [(10.0, 40.0), (40.0, 10.0), (20.0, 20.0)])
+def test_two_speeds_are_compared_in_blocks_of_the_faster_over_turns_of_the_slower(one, two):
+    """A twelfth of a period of the highest order, and sixty turns; the middle of the record."""
+    slow, fast, highest = min(one, two), max(one, two), 5
+    time = np.linspace(-40.0, 40.0, 400_001)
+    t, y = repetition._at_speeds(time, time**2, np.array([1, 2, highest]), one, two)
+    block = TURN / fast / highest / 12
+    assert np.diff(t) == pytest.approx(block, rel=0.05)
+    assert -t[0] == pytest.approx(30 * TURN / slow, abs=2 * block)
+    assert t[-1] == pytest.approx(30 * TURN / slow, abs=2 * block)
+    assert y == pytest.approx(t**2, abs=1e-2)
+
+
+def test_speeds_that_are_far_apart_are_compared_over_fewer_turns(monkeypatch):
+    monkeypatch.setattr(repetition, "_MOST_BLOCKS", 200)
+    time = np.linspace(-40.0, 40.0, 400_001)
+    t, _ = repetition._at_speeds(time, time, np.array([1, 2, 5]), 10.0, 40.0)
+    assert 195 <= len(t) <= 205

@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from scipy.optimize import brentq
 from tests.refusals import failed, rejected
 
 from witness import machine_from
+from wucht.errors import RunError
+from wucht.numerics import orbits
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.piecewise import Pieces, PiecewiseCubic, step
@@ -357,3 +360,40 @@ def test_from_far_away_orbits_are_found_by_collocation():
     for angle, first, second in ((0.8, 5.0, 3.0), (-0.9, 3.0, 2.4), (1.2, 2.5, 5.5)):
         orbit = periodic_orbit(flow, [], [0, angle, first, second], TURN / 4, [TURN, TURN, 0, 0])
         assert orbit.period == pytest.approx(1.5738797, rel=1e-7)
+
+
+@pytest.mark.parametrize("guess", [[0.0], [[0.0]], [[0.0, 0.5]], [[0.0, 0.5, 0.0]]])
+def test_a_guess_is_a_state_or_some_of_a_period(guess):
+    """A state as it is or as a column; both ends of a period, or more."""
+    system = System((x,), (-a * x + sp.cos(TIME),), (a,))
+    orbit = periodic_orbit(compile_system(system), [0.3], guess, TURN, [0], free_period=False)
+    assert orbit.state[0] == pytest.approx(0.3 / 1.09, abs=1e-10)
+
+
+@pytest.mark.parametrize(("count", "run"), [(1, True), (17, False)])
+def test_collocation_begins_with_a_run_from_a_state_or_with_the_samples_that_are_given(monkeypatch, count, run):
+    """Where integration alone fails."""
+    given, begun, ran = np.ones((1, count)), [], np.full((1, 2049), 2.0)
+    exact = iter([RunError("not by integration alone"), "orbit"])
+
+    class Equations(orbits._Equations):
+        def run(self, state, period, samples):
+            assert (state.tolist(), period, samples) == ([1.0], 3.0, 2048)
+            return ran
+
+        def _exact(self, near, closing, most_steps):
+            found = next(exact)
+            if isinstance(found, RunError):
+                raise found
+            return found, closing
+
+    def closed(system, parameters, time, motion, closing, most_steps):
+        begun.append(motion)
+        return "near"
+
+    monkeypatch.setattr(orbits, "closed", closed)
+    closing = SimpleNamespace(period=3.0)
+    motion = np.full((1, 65), 5.0) if count == 1 else given
+    equations = Equations(SimpleNamespace(system=None), np.zeros(0), 0.0)
+    assert equations.closed(given, motion, closing, 25) == ("orbit", closing)
+    assert len(begun) == 1 and begun[0] is (ran if run else motion)

@@ -270,3 +270,8 @@ def test_no_table_at_all(tmp_path, form):
     (tmp_path / "cam.txt").write_text("\n")
     with refused("cam.txt", form.value, code="no-table"):
         read_cam_table(tmp_path / "cam.txt", form, Unit.DEGREE)
+
+
+def test_the_columns_of_positions_alone_are_named(tmp_path):
+    lines = write_cam_table(tmp_path / "cam.csv", small(LINEAR), Form.CSV).read_text().splitlines()
+    assert lines[1:3] == ["master;slave", "0.0000;170.00"]

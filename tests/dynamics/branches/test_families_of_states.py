@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from wucht.analysis.configurations.closed_form import State
-from wucht.dynamics.branches import family_curve
+from wucht.dynamics.branches import bifurcation_diagram, family_curve
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
@@ -139,3 +140,16 @@ def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatc
     case = diagram(*ECCENTRICITY)[0]
     *_, last = follow_branches(replace(case, values=(0.002,)), Work())
     assert last.branches == () and last.lost == ("a state at drum.eccentricity = 0.002 is not followed: it does not turn",)
+
+
+def test_of_a_family_that_is_not_followed_nothing_is_known_at_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else its members there, and of single states those on their branches."""
+    point: Any = SimpleNamespace(u=np.array([1.0, 2.0]))
+    states: Any = SimpleNamespace(equilibria=SimpleNamespace(seen=lambda _: SimpleNamespace(eigenvalues=np.array([-1.0]))))
+    branches: Any = [SimpleNamespace(dimension=1), SimpleNamespace(dimension=0)]
+    members = [(np.array([3.0, 2.0]), np.array([-2.0]), 0.25)]
+    family: Any = SimpleNamespace(at=lambda branch, value: members if (branch, value) == (branches[0], 2.0) else 1 / 0)
+    monkeypatch.setattr(bifurcation_diagram, "points_at", lambda *_: [point])
+    for known, expected in ((None, [(1, None)]), (family, [(0, 0.25), (1, None)])):
+        found = bifurcation_diagram._nominal(states, known, branches, 2.0)
+        assert [(state.branch, state.share) for state in found] == expected

@@ -267,3 +267,9 @@ def test_a_period_that_grows_as_at_a_saddle_node_is_its_end(monkeypatch: pytest.
     assert end_of(monkeypatch, coarse, fold=0.9)[0] == "other"
     short = law([0.5, 0.5], [3.0, 3.9])
     assert end_of(monkeypatch, short, fold=0.9)[2] == 3.9
+
+
+def test_a_fold_that_is_met_but_once_is_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The parameter stays, and it is not known how the period grows towards the fold."""
+    still = [Orbit(0.5, 1.0 + 0.01 * k) for k in range(12)]
+    assert end_of(monkeypatch, still, fold=0.51)[:2] == ("other", 0.5)

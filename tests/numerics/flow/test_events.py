@@ -1,6 +1,7 @@
 """Events: their exact times, what they change, in which order, the same on both engines."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wucht.numerics.flow.compiled import compile_system
-from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.events import Event, LegError
+from wucht.numerics.flow.heyoka_engine import HeyokaIntegrator
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import TIME, System
 
@@ -265,3 +267,18 @@ def test_the_events_of_random_polynomials_are_their_roots(tenths, shift, symmetr
     grid = np.array([middle - 9, middle + 9]) if symmetric else np.array([-9.0, 9.0])
     run = run_with(CLOCK, (Event("root", polynomial),), "heyoka", [0.0], {}, grid)
     assert [h.time for h in run.hits] == pytest.approx(roots, abs=1e-6)
+
+
+@pytest.mark.parametrize("missed", [0, 1])
+def test_an_event_that_heyoka_cannot_locate_is_named(monkeypatch, missed):
+    leg = SimpleNamespace(states=np.zeros((1, 3)))
+    run = object.__new__(HeyokaIntegrator)
+    run._engine = SimpleNamespace(events=(Event("first", x), Event("second", x)))
+    run._adaptive = SimpleNamespace(time=0.0, state=np.zeros(1))
+    for name, value in (("_signs", [1, 1]), ("_advanced", (leg, 0.5)), ("_missed", missed), ("state", np.zeros(1))):
+        made = property(lambda _, value=value: value) if name == "state" else lambda *_, value=value: value
+        monkeypatch.setattr(HeyokaIntegrator, name, made)
+    with pytest.raises(LegError) as error:
+        run.leg(np.linspace(0, 1, 3))
+    assert repr(("first", "second")[missed]) in str(error.value)
+    assert error.value.samples.shape == (1, 0)

@@ -330,3 +330,23 @@ def test_the_longest_wait_on_the_way() -> None:
     assert waits is not None and 0.55 <= waits.tau <= 0.65 and waits.state[0] == 0.0
     quick: Any = SimpleNamespace(at=lambda tau: np.array([0.4 + 0.2 * tau, 0 * tau]), time=1.0, parameters=orbit.parameters)
     assert waiting(between(True, False), quick) is None
+
+
+def test_places_next_to_it_are_apart_by_shares_of_the_size_of_the_last_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which is 4; all others stay as they are."""
+    tried = list[list[float]]()
+
+    def lost(_: Any, place: np.ndarray, values: np.ndarray) -> None:
+        assert place.tolist() == [7.0]
+        tried.append(values.tolist())
+        raise RunError("none")
+
+    monkeypatch.setattr("wucht.numerics.periodic.connection_starts.fold_at", lost)
+    monkeypatch.setattr("wucht.numerics.periodic.connection_starts.rest_of", lambda *_: (None, None))
+    connections: Any = SimpleNamespace(rates=SimpleNamespace(scale=np.array([1.0, 2.0, 3.0, 4.0])), bounds=(0, 0, 0))
+    at: Any = SimpleNamespace(parameters=np.array([0.1, 0.2, 0.3, 30.0]), equilibria=np.array([[7.0], [8.0]]))
+    with pytest.raises(RunError):
+        beyond(connections, at)
+    assert [values[:2] for values in tried] == [[0.1, 0.2]] * 6
+    shifts = [(values[2] - 0.3) / 4.0 for values in tried]
+    assert shifts == pytest.approx([-1e-5, 1e-5, -1e-4, 1e-4, -1e-3, 1e-3], rel=1e-6)

@@ -120,3 +120,15 @@ def test_exponents_are_complex() -> None:
     (branch, orbit), _ = found.reported
     made = result(reported=((branch, replace(orbit, exponents=np.array([-0.25 + 0.75j]))),))
     assert (made.orbit_exponent_re.item(), made.orbit_exponent_im.item()) == (-0.25, 0.75)
+
+
+def test_the_turns_of_a_branch_are_in_its_line() -> None:
+    (branch,) = circles()[1].branches
+    for winding, turns, expected in (
+        ([0, 0], {}, "all angles return"),
+        ([0, 1], {"y": 1}, "turns a period: y +1"),
+        ([1, -2], {"x": 1, "y": -2}, "turns a period: x +1, y -2"),
+    ):
+        made = result(branches=(replace(branch, seed=replace(branch.seed, winding=np.array(winding))),))
+        assert made.wucht.summary["branches"][0]["winding"] == turns
+        assert STUDY.report(made)[2].endswith(f"; {expected}")
