@@ -4,12 +4,16 @@
 (``pip install pytest-cov``). ``python -m benchmarks.noticed COUNT [SEED]`` puts in COUNT errors, in lines drawn evenly, and
 runs the fast tests that came to the line. Each error that goes unnoticed is printed. Some change nothing (a bound never met
 exactly, the seed of a random start): who reads the list takes those off.
+
+``python -m benchmarks.noticed FILE.json`` puts in the errors of a list: ``[{"file": ..., "old": ..., "new": ...}, ...]``, texts
+that occur once in their file.
 """
 
 from __future__ import annotations
 
 import ast
 import copy
+import json
 import os
 import random
 import shutil
@@ -20,6 +24,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +115,24 @@ def errors(seed: int) -> Iterator[Error]:
                 yield Error(str(file.relative_to(ROOT)), line, before, after, ast.unparse(ast.fix_missing_locations(tree)))
 
 
+def listed_errors(path: Path) -> Iterator[Error]:
+    """The errors of a list in a file.
+
+    Raises
+    ------
+    ValueError
+        A text that is to be replaced does not occur exactly once.
+    """
+    for entry in json.loads(path.read_text(encoding="utf-8")):
+        source = (ROOT / entry["file"]).read_text(encoding="utf-8")
+        if source.count(entry["old"]) != 1:
+            raise ValueError(f"{entry['file']}: {entry['old']!r} does not occur once")
+        pairs = enumerate(zip(entry["old"], entry["new"], strict=False))
+        equal = next((i for i, (a, b) in pairs if a != b), min(len(entry["old"]), len(entry["new"])))
+        line = source[: source.index(entry["old"]) + equal].count("\n") + 1
+        yield Error(entry["file"], line, entry["old"], entry["new"], source.replace(entry["old"], entry["new"]))
+
+
 @cache
 def _recorded() -> Any:
     from coverage import CoverageData
@@ -164,17 +187,19 @@ def main() -> None:
     if sys.argv[1] == "record":
         record()
         return
-    count, seed = int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1
-    missed, drawn = 0, errors(seed)
+    if sys.argv[1].endswith(".json"):
+        drawn = list(listed_errors(Path(sys.argv[1])))
+    else:
+        drawn = list(islice(errors(int(sys.argv[2]) if len(sys.argv) > 2 else 1), int(sys.argv[1])))
+    missed = 0
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "wucht"
         shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", ".venv", "build", ".*_cache"))
-        for _ in range(count):
-            error = next(drawn)
+        for error in drawn:
             if not noticed(error, tree):
                 missed += 1
                 print(f"{error.file}:{error.line}  {error.before}  ->  {error.after}", flush=True)
-    print(f"{count - missed} of {count} errors were noticed")
+    print(f"{len(drawn) - missed} of {len(drawn)} errors were noticed")
 
 
 if __name__ == "__main__":
