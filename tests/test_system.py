@@ -32,3 +32,10 @@ x, y, a, d = sp.symbols("x y a d", real=True)
 def test_what_is_not_one_system_is_refused(arguments, refusal):
     with refusal:
         System(**arguments)
+
+
+def test_time_may_occur_in_a_definition_alone():
+    forced = sp.Symbol("f", real=True)
+    assert System((x,), (x + forced,), definitions=((forced, sp.sin(TIME)),)).depends_on_time
+    assert System((x,), (x * TIME,)).depends_on_time
+    assert not System((x,), (x + forced,), definitions=((forced, x**2),)).depends_on_time

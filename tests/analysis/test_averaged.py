@@ -16,6 +16,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped
+from wucht.mechanics.averaged.solution import LOST, SHAKEN, SUPPLIED
 from wucht.mechanics.lagrange import equations_of_motion
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
@@ -330,3 +331,16 @@ def test_shaken_machines_without_averaged_equations(motion: dict[str, Any], driv
     machine = machine_from({"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR], "drive": drive})
     with refused("machine", code=code):
         averaged_machine(machine)
+
+
+@pytest.mark.parametrize("inertia", [True, False])
+def test_powers_make_the_stored_energy_at_any_slow_state(inertia: bool) -> None:
+    """d(stored)/dt by differences: supplied less lost, relative dampers included, less what shakes the carrier."""
+    slow = averaged_machine(exciters(1), inertia, 1)
+    names = slow.system.state_names
+    state = np.array([0.3 if n.startswith(("phase", "alpha", "psi")) else 40.0 + 0.3 * i for i, n in enumerate(names)])
+    rate, step = rates(slow, state), 1e-7
+    there, here = (at(slow, state + s * step * rate, "stored_energy")[0] for s in (1, -1))
+    supplied, lost, shaken = (at(slow, state, name)[0] for name in (SUPPLIED, LOST, SHAKEN))
+    assert lost > 0
+    assert (there - here) / (2 * step) == pytest.approx(supplied - lost - shaken, rel=1e-5, abs=1e-4)

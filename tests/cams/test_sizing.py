@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import minimize
 from tests.refusals import failed, refused
 
-from wucht.cams.followers.flat_faced import FlatFacedCam, smallest_flat_faced_cam
+from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam, smallest_flat_faced_cam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller, smallest_lever_cam
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller, smallest_rod_cam
@@ -350,3 +350,12 @@ def test_the_first_distance_on_a_ray_at_which_no_curvature_is_too_sharp(bent, ex
     ahead = np.array([-1.0 + 0j])  # so that a distance along the ray is at least 2
     rays = Rays(0j, 5.0, np.zeros(1, complex), np.ones(1, complex), ahead, np.array([-2.0]))
     assert rays.first(0.0) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("clockwise", [True, False])
+def test_the_outline_of_a_flat_face_holds_where_it_is_touched(clockwise):
+    """The contact is at -psi'(phi) along the face of a cam that turns anticlockwise, at psi' of one that turns clockwise."""
+    outline = FlatFaced(distance=0.05, clockwise=clockwise).outline(LIFT)
+    touched = (1 if clockwise else -1) * LIFT(np.linspace(0, TURN, 721), 1)
+    assert (outline.face_from, outline.face_to) == (touched.min(), touched.max())
+    assert abs(outline.face_from + outline.face_to) > 1e-4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wucht.results.formatting import percent
+from wucht.results.formatting import percent, value_in_words
 
 
 @pytest.mark.parametrize(
@@ -20,3 +20,8 @@ from wucht.results.formatting import percent
 )
 def test_as_many_decimals_as_the_uncertainty_is_worth(share: float, off: float, words: str) -> None:
     assert percent(share, off) == words
+
+
+def test_several_numbers_are_printed_by_the_same_factor() -> None:
+    assert value_in_words([0.001, 0.0025], 1e3, "mm") == "[1, 2.5] mm"
+    assert value_in_words(0.001, 1e3, "mm") == "1 mm" and value_in_words(True, 1e3, "mm") == "True"

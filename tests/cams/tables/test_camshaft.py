@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from tests.refusals import refused
 
 import wucht
-from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
+from wucht.cams.tables.camshaft import Driving, ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicTable
 
 HELD = {"kind": "constant-speed", "speed": 100.0}
@@ -32,3 +33,10 @@ def test_the_damping_of_an_output_on_a_spring() -> None:
         ElasticTable(**common, output_damping=-3.0).output(4.0, "rad")
     with refused("shaft.elastic.output_stiffness", "above zero", given=0.0):
         ElasticTable(output_stiffness=0.0).output(4.0, "rad")
+
+
+def test_the_motor_behind_a_gear_turns_with_the_shaft() -> None:
+    shaft = ShaftTable(inertia=20.0, output_inertia=6.0, mean_speed=50.0)
+    geared = Driving(lambda v: (np.zeros((2, *np.shape(v))),) * 2, speed=48.0, enforced=False, inertia=3.5)
+    assert (shaft.camshaft(geared, "rad").inertia, shaft.camshaft(None, "rad").inertia) == (23.5, 20.0)
+    assert (shaft.camshaft(geared, "rad").mean_speed, shaft.camshaft(None, "rad").mean_speed) == (48.0, 50.0)

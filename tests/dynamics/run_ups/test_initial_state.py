@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.initial_state import initial_state, placed
 from wucht.dynamics.run_ups.varied import check_together, start_states, varied_of, with_states
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -263,3 +263,16 @@ def test_a_prescribed_follower_starts_where_its_drive_says(study: Study) -> None
     drive = 'on = "p1"\nkind = "constant-speed"\nspeed = "100 rad/s"\nangle = "90 deg"\n'
     state = _state(load_machine(str(study(LINEAR, drive))), {"drum": 1.0})
     assert state["p1.angle"] == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize(("speed", "locked"), [(12.0, 0.0), (-12.0, 0.0), (9.0, 1.0), (-9.0, 1.0)])
+def test_a_body_is_free_from_the_start_on_where_its_speed_of_release_is_passed(speed: float, locked: float) -> None:
+    """In either sense of rotation."""
+    pendulum = {
+        "kind": "pendulum", "name": "p", "about": "drum", "mass": 0.1, "length": 0.1, "damping": 0.1, "release": {"speed": 10.0}
+    }  # fmt: skip
+    released = machine(bodies=[drum(), pendulum])
+    _, body = released.bodies
+    assert body.locked is not None
+    start = initial_state(released, {"drum": {"speed": speed}})
+    assert placed(released, start).values[body.locked.name] == locked

@@ -103,6 +103,7 @@ def test_a_measured_acceleration_beside_the_computed_one(tmp_path, cam):
     assert m["explained"] > 0.999
     assert wrong.wucht.summary["measured"]["explained"] < 0.99
     assert m["noise_rms"] == pytest.approx(50, rel=0.1)
+    assert m["rms"] == pytest.approx(np.hypot(right.measured_acceleration.values.std(), m["noise_rms"]), rel=0.01)
     assert (m["orders"], m["cam"]) == (12, cam)
     measured, made = right.measured_acceleration.values, right.acceleration.sel(version=cam).values
     # Above order 12 the original cam makes 0.2 % more.

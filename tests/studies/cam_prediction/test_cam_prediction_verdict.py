@@ -307,3 +307,11 @@ def test_an_enforced_speed_behind_a_shaft_that_twists_is_not_clean_either():
     assert s["verdict"] == "not clean"
     assert s["sentence"].startswith("NOT CLEAN on the shaft that twists: the cam corrected for a rigid shaft leaves")
     assert wucht.run(wucht.CamPrediction(), drive(drive=held)).wucht.summary["verdict"] == "enforced"
+
+
+def test_a_simulation_that_stays_behind_departs_as_one_that_leads():
+    """The speed computed for another output: below that predicted, or above it; the deviation is a size."""
+    shaft, cam, motion = predicted()
+    for factor in (0.9, 1.1):
+        other = replace(shaft, inertia=factor * shaft.inertia)
+        assert confirmation(other, cam, motion, 1, lambda share: None).deviation > 1e-4

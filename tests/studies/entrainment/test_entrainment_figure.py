@@ -118,3 +118,11 @@ def test_a_phase_that_wraps_goes_to_the_border() -> None:
     at, shown = _part(x, y, np.ones(3, bool), True, math.pi)
     assert at == pytest.approx([0.0, 0.5, 0.5, 0.5, 1.0, 2.0])
     assert shown == pytest.approx([3.0, math.pi, math.nan, -math.pi, -3.0, -2.0], nan_ok=True)
+
+
+def test_speeds_of_a_clockwise_rotor_are_drawn_as_sizes(shaken: xr.Dataset) -> None:
+    """The speed that the drive alone would reach is compared with the frequency, whichever way the rotor turns."""
+    free = np.linspace(5.0, 9.0, shaken.sizes["run"])
+    changed = shaken.assign(free_speed=shaken.free_speed.copy(data=-free))
+    (line,) = [line for line in draw(changed).axes[1].get_lines() if line.get_label() == "speed without vibration"]
+    assert np.asarray(line.get_ydata()) == pytest.approx(free)

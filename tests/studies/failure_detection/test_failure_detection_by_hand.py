@@ -18,6 +18,7 @@ from wucht.dynamics.exciters.speed_readings import STEADY, UNSTABLE, AveragedSpe
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.studies.failure_detection import computation as run_module
+from wucht.studies.failure_detection.answer import _over_readings as over_readings
 from wucht.studies.failure_detection.computation import Findings, Place, Seen, Varied
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.registry import study_of
@@ -354,3 +355,10 @@ def test_what_is_varied_is_kept_in_the_plan() -> None:
     plan = planned(**ALONG, **SECOND)
     assert isinstance(plan.along, Varied) and plan.along.values == pytest.approx((0.01, 0.015, 0.02))
     assert plan.second.values == (190.0, 210.0) and plan.along.parameter.path == "drive.slope"
+
+
+def test_the_extremes_of_a_reading_begin_after_the_sample_before_it() -> None:
+    readings: Any = SimpleNamespace(speed=np.zeros(2))
+    samples = np.array([9.0, 1.0, 2.0, 8.0, 3.0])
+    assert over_readings(np.fmax, samples, readings) == pytest.approx([2.0, 8.0])
+    assert over_readings(np.fmin, samples, readings) == pytest.approx([1.0, 3.0])

@@ -20,6 +20,7 @@ from wucht.fatigue.counting import rainflow
 from wucht.studies.load_spectrum import computation
 from wucht.studies.load_spectrum import figure as load_figure
 from wucht.studies.load_spectrum.computation import Records
+from wucht.studies.load_spectrum.computation import _of_samples as samples_warning
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -277,3 +278,11 @@ def test_bars_stand_over_amplitudes_and_bear_what_each_does_of_the_damage() -> N
         assert bars[0].get_x() <= 1.0 < bars[0].get_x() + bars[0].get_width()
         assert bars[1].get_x() + bars[1].get_width() == pytest.approx(10.0)
         assert axis.get_ylabel() == ("share of the damage" if damage else "cycles")
+
+
+def test_how_many_samples_a_cycle_has() -> None:
+    """Extremes fall between the samples of a record with 8 samples a cycle, not of one with 40."""
+    few, many = (np.sin(2 * np.pi * np.arange(800) / n + 0.1) for n in (8, 40))
+    (warning,) = samples_warning(few)
+    assert "the record has 8.0 samples a cycle" in warning
+    assert samples_warning(many) == () == samples_warning(np.sin(2 * np.pi * np.arange(800) / 15 + 0.1))

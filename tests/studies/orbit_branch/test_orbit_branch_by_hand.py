@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests.hand_made import titled, warnings_of, with_answer
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
 from wucht.dynamics.work import Work
 from wucht.files.own_equations import equations_from
+from wucht.studies.orbit_branch.answer import _orbit as orbit_entry
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.registry import study_of
 
@@ -132,3 +134,12 @@ def test_the_turns_of_a_branch_are_in_its_line() -> None:
         made = result(branches=(replace(branch, seed=replace(branch.seed, winding=np.array(winding))),))
         assert made.wucht.summary["branches"][0]["winding"] == turns
         assert STUDY.report(made)[2].endswith(f"; {expected}")
+
+
+def test_exponents_of_a_rotor_per_angle_are_those_per_time_over_its_speed() -> None:
+    """Half a unit of time a unit of angle: each exponent is half as large."""
+    plan, found = circles()
+    (branch, one), *_ = found.reported
+    rotating: Any = SimpleNamespace(problem=SimpleNamespace(rotor="drum"), along=plan.along)
+    entry = orbit_entry(rotating, branch, replace(one, period=2.0, period_phi=4.0, exponents=np.array([-0.5 + 1.0j])))
+    assert entry["exponents"] == [[-0.5, 1.0]] and entry["exponents_phi"] == [[-0.25, 0.5]]

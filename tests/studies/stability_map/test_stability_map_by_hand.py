@@ -291,3 +291,12 @@ def test_marks_and_places_stand_at_their_values_of_both_parameters() -> None:
         ("cusp", [1.0, 3.0], [10.0, 30.0]), ("other", [2.0], [20.0]), ("looked at one by one", [5.0], [50.0])
     ]  # fmt: skip
     assert handles[0].get_marker() != handles[1].get_marker()
+
+
+def test_the_name_of_a_region_stands_far_from_its_edges() -> None:
+    """A fold at p = 1 over all r: left of it three units wide and four high, the name is 1.5 from each edge."""
+    half = rows(("a", "b"), ("a",), ("a", "b"), ("a",))
+    result = titled(STUDY.dataset(plan(), replace(STUDY_FINDINGS, rows=half, curves=(fold(1.0),))), dimensionless=True)
+    x, y = result.region_x.values, result.region_y.values
+    assert len(x) == 2 and x == pytest.approx([-0.5, 1.5], abs=0.02)
+    assert (np.minimum(y + 1.0, 3.0 - y) > [1.45, 0.45]).all()

@@ -12,13 +12,14 @@ import xarray as xr
 from tests.hand_made import titled, warnings_of, with_answer
 from tests.refusals import refused
 
-from wucht.analysis.configurations.averaged_stability import Regions, Stability
+from wucht.analysis.configurations.averaged_stability import REGIONS, Regions, Stability
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run
+from wucht.studies.synchronous_states.answer import _of_map as of_map
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 STUDY = study_of("synchronous-states")
@@ -209,3 +210,13 @@ def test_a_map_needs_an_unbalance_of_the_rotor_and_few_ways_to_be_in_line() -> N
     with refused("study.axes", "64", "128", given=None):
         STUDY.prepare(SynchronousStates(axes=axes, full=False), machine(*some))
     assert STUDY.prepare(SynchronousStates(axes=axes, full=False), machine(*some[:6])).map is not None
+
+
+def test_the_share_of_the_map_without_a_stable_state() -> None:
+    stable = np.zeros((4, 2, 5), bool)
+    stable[0, 0, :3] = stable[1, 0, 2:4] = True
+    regions = Regions(np.arange(1.0, 6.0), np.array([1.0, 2.0]), stable, ~stable)
+    named = {q.name: q for q in of_map(regions, "rad/s")}
+    shares = named["map"].value["stable_share"]
+    assert shares == pytest.approx({"none": 0.6} | dict(zip(REGIONS, (0.3, 0.2, 0.0, 0.0), strict=True)))
+    assert named["map_stable"].value[0].sum() == 3 and named["map_exists"].value[0].sum() == 7
