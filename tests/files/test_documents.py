@@ -13,7 +13,7 @@ from tests import refusals
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations, load_machine
-from wucht.files.documents import LARGEST, changed_title, contents_of, read_text, read_toml
+from wucht.files.documents import LARGEST, changed_title, contents_of, read_text, read_toml, refuse_bare_frequencies
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
 
@@ -173,3 +173,9 @@ def test_a_name_within_another_is_left_alone() -> None:
 def test_many_values_and_long_ones() -> None:
     changed = {"a": 1, "b": [1, 2], "c": "3 m", "d": 4.0, "e": 5}
     assert changed_title("T", changed) == "T (changed: a = 1, b = ..., c = 3 m and 2 more)"
+
+
+def test_the_frequency_of_the_mains_is_bare_in_one_drive_and_in_each_of_several():
+    refuse_bare_frequencies({"machine": {"drive": {"frequency": 50}, "drives": [{"frequency": 50}, {"frequency": 60.0}]}})
+    with refusals.refused("machine.mounts[1].frequency", given=3):
+        refuse_bare_frequencies({"machine": {"mounts": [{"frequency": "3 Hz"}, {"frequency": 3}]}})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.label_maps import at_border, cells_to_halve, halved, left_at_border, widened
+from wucht.dynamics.sampling.label_maps import at_border, cells_to_halve, halved, left_at_border, uncertainty, widened
 
 OPEN = (False, False)
 
@@ -64,3 +64,13 @@ def test_what_was_handed_down_beside_another_label_is_left() -> None:
     run = np.zeros((4, 6), bool)
     run[:, :3] = True
     assert np.argwhere(left_at_border(labels, run, OPEN)).tolist() == [[0, 3], [1, 3], [2, 3]]
+
+
+@pytest.mark.parametrize("periodic", [OPEN, (True, False), (False, True), (True, True)])
+def test_the_uncertainty_of_a_share_knows_which_axis_comes_round(periodic: tuple[bool, bool]) -> None:
+    """Turned by a right angle, map and periods alike, it is the same; a band across a periodic axis has two borders there."""
+    inside = np.zeros((6, 9), bool)
+    inside[:2] = True
+    assert uncertainty(inside, periodic) == pytest.approx(uncertainty(inside.T, periodic[::-1]), rel=1e-15)
+    borders = 2 if periodic[0] else 1
+    assert uncertainty(inside, periodic) == pytest.approx(2 * np.sqrt(borders * 81 / 12) / 54, rel=1e-12)

@@ -63,3 +63,9 @@ def test_modulations_that_overlap_are_no_jump(monkeypatch: pytest.MonkeyPatch) -
     assert answer(monkeypatch, leg(2.0, BEFORE), None, wide) is CLOSED_IN
     assert answer(monkeypatch, leg(2.0, BEFORE), 5.0, wide) is None
     assert answer(monkeypatch, wide, 5.0, leg(2.0, BEFORE)).only_seen
+
+
+@pytest.mark.parametrize(("ends", "way"), [((1.0, 2.0), "up"), ((2.0, 1.0), "down")])
+def test_a_jump_lies_between_a_lower_and_an_upper_value_whichever_way_it_is_passed(ends: tuple[float, float], way: str) -> None:
+    jump = jumps._jump(ends, leg(1.0, BEFORE), leg(2.0, LANDED))
+    assert (jump.bracket, jump.direction, jump.value) == ((1.0, 2.0), way, 1.5)

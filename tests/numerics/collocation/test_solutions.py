@@ -178,3 +178,10 @@ def test_what_is_left_counts_by_the_size_of_the_unknowns(size: float) -> None:
     row[-1] = 1.0
     u, steps = solved(problem, u, row, -1, 25, 1e-6)
     assert u[:-1] == pytest.approx(2.0 * size, rel=1e-9) and steps == 4
+
+
+def test_every_value_that_is_passed_is_a_solution_of_its_own() -> None:
+    loads = [0.5, 1.0, 2.0]
+    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.1, 3.0)], loads)
+    walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
+    assert [s.parameters[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from types import SimpleNamespace
 from typing import Any
 
 import cam_files_to_study as given
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from tests.hand_made import with_answer
 from tests.refusals import refused
 
+from wucht.studies.cam_contour.figure import _bands
 from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.runner import draw, run
 
@@ -170,3 +173,16 @@ def test_where_a_flat_face_is_touched_and_how_a_linkage_moves(flat: xr.Dataset) 
         assert np.asarray(moved.get_ydata()) == pytest.approx(np.degrees(made.transmission_angle.values))
         assert panels["transmission angle (\u00b0)"].get_ylim() == (0, 92)
     assert "transmission angle (\u00b0)" not in [named(axis) for axis in draw(flat).axes]
+
+
+def test_an_arc_that_passes_zero_is_drawn_at_both_ends_of_the_turn() -> None:
+    """From 350 to 380 degrees: a band from 350 to 360, and one from 0 to 20."""
+    arcs: Any = SimpleNamespace(
+        arc_of=SimpleNamespace(values=np.array(["lift-off", "undercut"])), arc_begin=np.radians([350.0, 100.0]),
+        arc_end=np.radians([380.0, 120.0]),
+    )  # fmt: skip
+    axis = Figure().subplots()
+    _bands(axis, arcs, "lift-off", "lifts off", "C1")
+    boxes = [patch.get_extents().transformed(axis.transData.inverted()) for patch in axis.patches]
+    spans = sorted((round(box.x0), round(box.x1)) for box in boxes)
+    assert spans == [(0, 20), (350, 360)]

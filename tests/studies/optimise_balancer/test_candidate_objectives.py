@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLIN
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, THROUGH, Outcome
+from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.run_up.spec import RunUp
@@ -136,3 +138,12 @@ def test_the_rest_of_the_start_is_everyones() -> None:
 def test_phases_are_not_given(start: dict[str, object]) -> None:
     with refused(f"study.start.{next(iter(start))}", given=next(iter(start.values()))):
         prepare(SPEC.model_copy(update={"start": start}), FAST)
+
+
+def test_a_check_has_the_largest_residual_of_both_ends_of_the_spread(monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = prepare(SPEC, FAST).as_it_is
+    left = iter([2.0, 5.0])
+    monkeypatch.setattr(computation, "evaluated", lambda *_: None)
+    monkeypatch.setattr(computation, "compensated_state", lambda *_, **__: SimpleNamespace(residual=next(left)))
+    assert len(set(trials.ends)) == 2
+    assert computation.checked(trials, np.array([0.05]), lambda _share: None).residual == 5.0

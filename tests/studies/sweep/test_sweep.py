@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.studies.memory import Memory
 from wucht.studies.runner import draw, report, run
-from wucht.studies.sweep import Sweep, prepare
+from wucht.studies.sweep import Sweep, _doubts, prepare
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"
@@ -361,3 +362,14 @@ def test_the_rate_may_have_a_unit(machine: Machine) -> None:
     assert asked.moved.pace.rate == pytest.approx(0.1)
     slope = prepare(Sweep.read({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}), machine)
     assert slope.moved.pace.rate == pytest.approx(1e-6)
+
+
+@pytest.mark.parametrize(("change", "doubtful"), [(0.5, False), (30.0, True)])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_sweep_is_too_fast_by_the_size_of_its_speeds(sense: float, change: float, doubtful: bool) -> None:
+    """In either sense of rotation."""
+    settled: Any = SimpleNamespace(speed=sense * 100.0)
+    last: Any = SimpleNamespace(speed=sense * (100.0 + change), modulation=0.0)
+    pace = SimpleNamespace(rate=1.0, rate_unit="rad/s²")
+    plan: Any = SimpleNamespace(moved=SimpleNamespace(machine=SimpleNamespace(units=SimpleNamespace(speed="rad/s")), pace=pace))
+    assert bool(_doubts(plan, settled, True, "at the end", [last])) is doubtful
