@@ -148,9 +148,10 @@ def tests_of(error: Error) -> list[str]:
     lines = _recorded().contexts_by_lineno(file)
     own = Counter(c.partition("|")[0] for c in lines.get(error.line, []) if c)
     every = Counter(c.partition("|")[0] for contexts in lines.values() for c in contexts if c)
-    folder = Path(error.file).parent.name
-    chosen = [test for test, _ in (own or every).most_common(_MOST_TESTS)]
-    return sorted(chosen, key=lambda test: folder not in test)
+    chosen, path = [test for test, _ in (own or every).most_common()], Path(error.file)
+    # Those that are written for the file before the others of its folder, and these before all others.
+    chosen.sort(key=lambda test: (f"test_{path.stem}" not in test, f"/{path.parent.name}/" not in test))
+    return chosen[:_MOST_TESTS]
 
 
 def noticed(error: Error, tree: Path) -> bool:

@@ -232,8 +232,8 @@ def test_the_critical_plane_may_turn_all_round() -> None:
 
 
 def test_the_pair_next_to_the_imaginary_axis_gives_the_frequency() -> None:
-    """Of two pairs, one with frequency 2 that grows a little and one with frequency 5 that decays fast."""
-    s, w = P - X**2 - Y**2, P + 3
-    fast = System((X, Y, Z, W), (s * X - 2 * Y, 2 * X + s * Y, -w * Z - 5 * W, 5 * Z - w * W), (P, Q))
-    point = hopf_points(fast, (-1.0, 1.0), (-1.0, 1.0)).start([0.0, 0.0, 0.0, 0.0], [0.05, 0.0])
+    """Of two pairs that each have a Hopf point: one with frequency 2 that grows a little, one with 5 that decays faster."""
+    s, w = P - X**2 - Y**2, Q - sp.Rational(1, 5)
+    two = System((X, Y, Z, W), (s * X - 2 * Y, 2 * X + s * Y, w * Z - 5 * W, 5 * Z + w * W), (P, Q))
+    point = hopf_points(two, (-1.0, 1.0), (-1.0, 1.0)).start([0.0, 0.0, 0.0, 0.0], [0.05, 0.0])
     assert np.sqrt(point.u[-1]) == pytest.approx(2.0, rel=1e-9)
