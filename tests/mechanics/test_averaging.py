@@ -225,7 +225,7 @@ def test_a_mean_without_a_transformation():
     "rate, sentence",
     [
         (epsilon * TIME * x, "secular"),
-        (epsilon * x * sp.exp(-TIME), "no period"),
+        (epsilon * x * sp.exp(-TIME), "no certain period"),
         (x + epsilon, "is not small"),
         (epsilon * sp.cos(x * TIME), "frequency in .* depends on x"),
         (epsilon * sp.cos((1 + epsilon) * TIME), "depends on epsilon"),

@@ -134,7 +134,7 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
     closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0, 60_000)
     assert [s.dimension for s in closed] == [1, *[0] * 8]
     assert not searched.complete
-    assert "not decided" in searched.shown
+    assert "remain undecided" in searched.shown
     assert same(closed[1:], searched.states)
 
 
