@@ -14,10 +14,10 @@ Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``,
 ``ExciterDesign``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``, ``load``, ``draw`` (for a page,
 ``PRINT``, or a column, ``JOURNAL``), ``report``, ``export``, and ``result.wucht``. Any other ordinary differential equation:
-``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
+``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
 ``averaged``, ``strongly_damped``, ``separated``.
 
-The floors of the house, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
+The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
 ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``, ``cams``,
 ``dynamics``, ``plots``, ``studies``, ``extending``, ``cli``.
 """

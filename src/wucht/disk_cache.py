@@ -1,9 +1,9 @@
-"""What was derived once is kept for the next process, as heyoka keeps compiled code: in the user's cache folder.
+"""A cache on disk of derived equations for the next process, in the user's cache folder, as heyoka caches compiled code.
 
-A result is found by the values of its inputs, and only while the program is what it was: what its files hold, Python and SymPy.
-Set ``WUCHT_CACHE_DIR`` for another folder. What is there is read with ``pickle``, so only what the user's processes wrote: file
-and folder belong to the user and nobody else may write them (on Windows: they are below the user's profile), a digest says that
-the file is whole, and the result is of the type that the function returns. Else it is derived again.
+A result is identified by the values of its inputs and the state of the program: its files, Python and SymPy.
+Set ``WUCHT_CACHE_DIR`` for another folder. Files are read with ``pickle``, so only those that the user's processes wrote: file
+and folder belong to the user and nobody else may write them (on Windows: they are below the user's profile), a digest proves
+that the file is complete, and the result is of the type that the function returns. Otherwise it is derived again.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 _Result = TypeVar("_Result")
-_KNOWN = {"wucht", "sympy", "builtins"}  # modules whose classes belong to the state of the program
+_KNOWN = {"wucht", "sympy", "builtins"}  # packages whose classes belong to the state of the program
 _WINDOWS = sys.platform == "win32"
 _BINARY = getattr(os, "O_BINARY", 0)  # on Windows
 _READ, _CREATE = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | _BINARY, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BINARY
-_DIGEST = 32  # bytes before what was pickled
+_DIGEST = 32  # bytes before the pickled content
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
 
 def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """A pure function of frozen data, given by position, that is called once for all processes.
 
-    Inputs and results are frozen dataclasses, SymPy's expressions, sequences, text and numbers. What it raises is not kept, nor
-    what it makes of the user's own classes: their code may change from one process to the next.
+    Inputs and results are frozen dataclasses, SymPy's expressions, sequences, text and numbers. Exceptions are not cached, nor
+    results for classes of the user: their code may change from one process to the next.
     """
 
     @wraps(function)
@@ -52,7 +52,7 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
         if not _is_private(folder):
             return function(*inputs)
         path = folder / f"{function.__module__}.{function.__name__}-{key}"
-        with suppress(Exception):  # not there, or damaged: then pickle raises whatever it stumbles over
+        with suppress(Exception):  # not there, or damaged: then pickle may raise anything
             kept: _Result = pickle.loads(read_kept(path))
             if _returns(function, kept):
                 return kept
@@ -65,19 +65,19 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
 
 
 def _returns(function: Callable[..., Any], value: object) -> bool:
-    """Whether a value is of the type that the function returns."""
+    """True if a value is of the type that the function returns."""
     stated = get_type_hints(function)["return"]
     kinds = get_args(stated) if isinstance(stated, UnionType) else (stated,)
     return isinstance(value, tuple(get_origin(kind) or kind for kind in kinds))
 
 
 def _digest(path: Path, content: bytes) -> bytes:
-    """With the name of the file, so that one that was renamed is not taken for another."""
+    """Digest of content and file name, so that a renamed file is not taken for another."""
     return sha256(path.name.encode() + content).digest()
 
 
 def read_kept(path: Path) -> bytes:
-    """What was written into a file. Raises ``OSError`` or ``ValueError`` where it is not there, not private or damaged."""
+    """Content of a stored file. Raises ``OSError`` or ``ValueError`` where it is not there, not private or damaged."""
     with os.fdopen(os.open(path, _READ), "rb") as file:
         if not _is_own(os.fstat(file.fileno())):
             raise ValueError
@@ -89,7 +89,7 @@ def read_kept(path: Path) -> bytes:
 
 
 def keep(path: Path, content: bytes) -> None:
-    """Beside its place, and moved there: never half there, and readable by the user alone."""
+    """Store content in a file, atomically: written beside it and renamed, readable by the user alone."""
     beside = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}")
     try:
         with os.fdopen(os.open(beside, _CREATE, 0o600), "wb") as file:
@@ -100,12 +100,12 @@ def keep(path: Path, content: bytes) -> None:
 
 
 def _is_own(of: os.stat_result) -> bool:
-    """Whether a file belongs to the user and nobody else may write it; on Windows it is where the folder is."""
+    """True if a file belongs to the user and nobody else may write it; on Windows its folder decides."""
     return _WINDOWS or (of.st_uid == os.geteuid() and not of.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
 def _is_private(folder: Path) -> bool:
-    """Whether what a folder has can be trusted. Where it is there and cannot, this is said once in a process."""
+    """True if the content of a folder can be trusted. Where it exists and cannot, warn once in a process."""
     try:
         private = folder.resolve().is_relative_to(Path.home()) if _WINDOWS else _is_own(os.lstat(folder))
     except (OSError, RuntimeError):
@@ -122,7 +122,7 @@ def _warn_once(folder: Path) -> None:
 
 
 class _Pickler(pickle.Pickler):
-    """Of a dataclass the fields alone: what it has computed of itself may hold hashes, which differ between processes."""
+    """Pickles only the fields of a dataclass: its cached properties may hold hashes, which differ between processes."""
 
     def __init__(self, file: BytesIO, as_key: bool) -> None:
         super().__init__(file, protocol=5)
@@ -132,7 +132,7 @@ class _Pickler(pickle.Pickler):
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, type):
             if self._as_key and value.__module__.split(".")[0] not in _KNOWN:
-                raise pickle.PicklingError(f"{value.__qualname__} is a class of the user's own")
+                raise pickle.PicklingError(f"{value.__qualname__} is a class of the user")
             return NotImplemented
         if is_dataclass(value):
             own = [f.name for f in fields(value) if f.compare or not self._as_key]
@@ -150,7 +150,7 @@ def _written(value: Any, as_key: bool) -> bytes:
 
 @cache
 def _folder() -> Path:
-    """The folder for the program as it is; it need not exist where it cannot be made."""
+    """The folder for the present state of the program; it need not exist where it cannot be made."""
     import sympy
 
     state = sha256(repr((sys.version, sympy.__version__, program_state())).encode()).hexdigest()[:16]
@@ -181,7 +181,7 @@ def program_state() -> str:
 
 
 def cache_folder() -> Path:
-    """The folder of all that is kept between processes: the user's own, or ``WUCHT_CACHE_DIR``."""
+    """The folder of all cached data: the user's cache folder, or ``WUCHT_CACHE_DIR``."""
     given = os.environ.get("WUCHT_CACHE_DIR")
     if given:
         return Path(given)

@@ -7,14 +7,14 @@ from datetime import date, time
 from difflib import get_close_matches
 from functools import partial
 
-_LONGEST = 80  # characters of what was given
+_LONGEST = 80  # characters of a value
 _MOST_KNOWN = 200  # names that are listed; all of the catalogue
 
 
 class WuchtError(Exception):
     """A sentence for the user. Base class of all errors that wucht raises on purpose.
 
-    code: what is wrong, in a word or two that stay when the sentence is worded anew; empty where class and place say it.
+    code: the fault in a word or two that stay when the sentence changes; empty where class and location suffice.
     """
 
     def __init__(self, sentence: str, *, code: str = "") -> None:
@@ -23,10 +23,10 @@ class WuchtError(Exception):
 
 
 class InputError(WuchtError):
-    """The input is wrong: which key of which file, what was given, what is allowed.
+    """The input is wrong: which key of which file, the given value, what is allowed.
 
-    where: all that is known of the place, as it is printed. file, key: the same apart; empty where it is in no file, or where
-    the file itself is wrong. shown: what was given, in brief.
+    location: all that is known of it, as printed. file, key: its parts; empty where it is not in a file, or where the file
+    itself is wrong. value_text: the given value, shortened.
     """
 
     def __init__(self, where: str, given: object, allowed: str, file: str = "", key: str | None = None, code: str = "") -> None:
@@ -37,26 +37,26 @@ class InputError(WuchtError):
 
     @classmethod
     def of_file(cls, path: object, allowed: str, code: str = "") -> InputError:
-        """A file is wrong as a whole, or not there."""
+        """An error of a file as a whole, or of a missing file."""
         return cls(str(path), None, allowed, str(path), "", code)
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str, str, str]]:
-        """So that it can come from another process."""
+        """Support pickling, to pass the error between processes."""
         return InputError, (self.where, self.given, self.allowed, self.file, self.key, self.code)
 
     def within(self, prefix: str, separator: str = ".") -> InputError:
-        """The same error, seen from one level further out."""
+        """The same error, located from one level further out."""
         where, key = (f"{prefix}{separator}{inner}" if inner else prefix for inner in (self.where, self.key))
         return InputError(where, self.given, self.allowed, self.file, key, self.code)
 
     def in_file(self, path: object) -> InputError:
-        """The same error, seen from outside the file that it is in; one that knows its file keeps it."""
+        """The same error, located with its file; an error that knows its file keeps it."""
         where = f"{path}: {self.where}" if self.where else str(path)
         return InputError(where, self.given, self.allowed, self.file or str(path), self.key, self.code)
 
 
 def _brief(given: object) -> str:
-    """What was given on one line of bearable length."""
+    """A given value as text on one line of limited length."""
     try:
         text = str(given) if isinstance(given, date | time) else repr(given)
     except ValueError:  # Python refuses to print integers of thousands of digits
@@ -65,14 +65,14 @@ def _brief(given: object) -> str:
 
 
 class FieldError(ValueError):
-    """A value that a field does not admit: a sentence, or key and sentence; an ``InputError`` when its place is known."""
+    """A value that a field does not admit: a sentence, or key and sentence; an ``InputError`` when its location is known."""
 
     def __init__(self, *sentence: str, code: str) -> None:
         super().__init__(*sentence)
         self.code = code
 
     def __reduce__(self) -> tuple[partial[FieldError], tuple[str, ...]]:
-        """So that it can come from another process."""
+        """Support pickling, to pass the error between processes."""
         return partial(FieldError, code=self.code), self.args
 
 
@@ -88,7 +88,7 @@ class RunError(WuchtError):
 def nearest(given: str, known: Iterable[str]) -> str:
     """The clause that helps with an unknown name: the nearest known one, and the list.
 
-    Parameters are the name that was given and those that are known. Returns e.g.
+    Parameters are the given name and the known ones. Returns e.g.
     ``did you mean 'stiffness'? known: damping, mass, stiffness``.
     """
     names = sorted(known)

@@ -1,4 +1,4 @@
-"""All that a study or a part of your own needs, from one place.
+"""All names that a study or a part in another package needs, from one place.
 
 A study is a class of ``Spec`` with a ``kind`` and the functions ``prepare(spec, machine) -> plan``,
 ``run(plan, work) -> iterator of findings``, ``dataset(plan, findings) -> xarray.Dataset``, ``figure(dataset) -> Figure`` and

@@ -1,4 +1,4 @@
-"""Kinds that a file names: the classes of a family, in modules that entry points name or in code of the user's own."""
+"""Kinds that a file names: the classes of a family, in modules that entry points name or in the user's code."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def classes_of(family: Any, group: str) -> Iterator[type[Any]]:
 
 
 def kinds_of(family: Any, group: str) -> dict[str, type[Any]]:
-    """The same by the name of their kind. Raises ``InputError`` where two have one name."""
+    """The classes of a family by the name of their kind. Raises ``InputError`` where two have one name."""
     kinds: dict[str, type[Any]] = {}
     for cls in classes_of(family, group):
         other = kinds.setdefault(cls.kind, cls)

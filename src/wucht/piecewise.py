@@ -19,7 +19,7 @@ from wucht.errors import WuchtError
 class Pieces(sp.Atom):  # type: ignore[misc]
     """Breakpoints x_1 < ... < x_k and k + 1 cubics; a name for printing.
 
-    coefficients: (k + 1, 4). Piece i holds from x_i on (piece 0 before x_1) and is a polynomial in the distance from its own
+    coefficients: (k + 1, 4). Piece i holds from x_i on (piece 0 before x_1) and is a polynomial in the distance from its
     first breakpoint, for piece 0 from x_1 (``origins``). At a breakpoint the function has its value from the right.
     Raises ``WuchtError`` where the breakpoints do not increase, a number is not finite, or the shapes do not fit.
     """
@@ -50,7 +50,7 @@ class Pieces(sp.Atom):  # type: ignore[misc]
 
     @cached_property
     def origins(self) -> tuple[float, ...]:
-        """Where the polynomials' arguments are zero, (k + 1,)."""
+        """Points (k + 1,) at which the polynomials' arguments are zero."""
         return (self.breakpoints[0], *self.breakpoints)
 
     @cached_property
@@ -151,5 +151,5 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
     return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])
 
 
-# The argument, held within -1 and 1.
+# The argument, clamped to -1 and 1.
 WITHIN_1 = Pieces("within", (-1.0, 1.0), ((-1, 0, 0, 0), (-1, 1, 0, 0), (1, 0, 0, 0)))

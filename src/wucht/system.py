@@ -1,4 +1,4 @@
-"""``System``: what all layers exchange. A first-order ordinary differential equation with names, units and meaning.
+"""``System``, which all layers exchange: a first-order ordinary differential equation with names, units and meaning.
 
 A System is symbolic and complete: states, right-hand side, parameters, the named intermediate results that keep the right-hand
 side small, outputs, quadratures, and which states are angles. It holds no number.
@@ -26,12 +26,12 @@ class Output:
     ----------
     name : str
     expression : sympy.Expr
-        In the System's states, parameters, definitions and time.
+        Expression in the System's states, parameters, definitions and time.
     unit : str
     long_name : str
         The label on an axis.
     jump : sympy.Expr
-        Of a quadrature: what its integral gains, as the difference of this expression, where a piecewise function jumps.
+        Of a quadrature: its integral increases by the difference of this expression where a piecewise function jumps.
     """
 
     name: str
@@ -76,17 +76,17 @@ class System:
         Evaluated in order; each may use those before it.
     outputs : tuple of Output
     quadratures : tuple of Output
-        Whose integral over time a run also computes (the work of the motor, the energy lost).
+        Quantities whose integral over time a run also computes (the work of the motor, the dissipated energy).
     angles : frozenset of sympy.Symbol
-        The states that live on a circle.
+        The states that are angles.
     second_order : SecondOrder, optional
         The mechanical form, which two equal Systems need not share.
 
     Raises
     ------
     WuchtError
-        Where an expression uses a symbol that is none of these, one is defined twice, or a name stands for two things: states
-        and parameters, outputs and quadratures are identified by their names.
+        Where an expression uses another symbol, one is defined twice, or a name has two meanings: states and parameters,
+        outputs and quadratures are identified by their names.
     """
 
     states: tuple[sp.Symbol, ...]
@@ -135,7 +135,7 @@ class System:
 
     @cached_property
     def depends_on_time(self) -> bool:
-        """Whether time itself occurs in the equations."""
+        """True if time itself occurs in the equations."""
         every = (*self.derivatives, *(expression for _, expression in self.definitions))
         return any(TIME in sp.sympify(expression).free_symbols for expression in every)
 
@@ -152,7 +152,7 @@ class System:
         raise KeyError(name)
 
     def explicit(self, expression: sp.Expr) -> sp.Expr:
-        """The expression with all definitions put in: in states, parameters and time alone."""
+        """The expression with all definitions substituted: in states, parameters and time alone."""
         return substitute_definitions(expression, self.definitions)
 
     def values(self, given: Mapping[str, float]) -> tuple[float, ...]:
@@ -166,7 +166,9 @@ class System:
 def _refuse_repeated(what: str, names: Iterable[str]) -> None:
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
-        raise WuchtError(f"two times a {what} of the name {', '.join(twice)}: each needs a name of its own", code="name-twice")
+        raise WuchtError(
+            f"more than one {what} has the name {', '.join(twice)}: each needs a different name", code="name-twice"
+        )
 
 
 def substitute_definitions(expression: sp.Expr, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
@@ -180,7 +182,7 @@ def substitute_definitions(expression: sp.Expr, definitions: Iterable[tuple[sp.S
 def needed_definitions(
     definitions: Iterable[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
 ) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Those definitions that the expressions use, themselves or through one another, in order."""
+    """The definitions that the expressions use, directly or through one another, in order."""
     used, needed = set[sp.Basic]().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
     for symbol, meaning in reversed(tuple(definitions)):
         if symbol in used:

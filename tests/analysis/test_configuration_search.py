@@ -129,7 +129,7 @@ def test_states_that_do_not_balance_are_counted_and_left_out(monkeypatch: pytest
     monkeypatch.setattr(module.closed_form, "at_speed", lambda *_: whole.states)
     left = all_states(two, 0.0, 0.0)
     assert left == Search([whole.states[k] for k in (0, 2, 3)], False, left.shown)
-    assert left.shown == f"{whole.shown}; 1 more do not fulfil the balance of the torques"
+    assert left.shown == f"{whole.shown}; 1 more do not satisfy the torque balance"
 
 
 def test_what_subdivision_leaves_open_is_sought_from_many_starts(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques) -> None:
@@ -163,17 +163,17 @@ def test_a_single_rotor_has_its_working_points(monkeypatch: pytest.MonkeyPatch, 
 @pytest.mark.parametrize(
     ("indices", "given", "calls", "shown"),
     [
-        ([0], True, 1, "192 starts: it is not shown that no state is missing, but their indices add up to 0, as they must"),
+        ([0], True, 1, "192 starts: completeness is not proved, but their indices add up to 0, as they must"),
         (
             [2, -1, 0], True, 3,
-            "576 starts: it is not shown that no state is missing, but their indices add up to 0, as they must",
+            "576 starts: completeness is not proved, but their indices add up to 0, as they must",
         ),
         (
             [2] * 6, True, 6,
-            "1152 starts: it is not shown that no state is missing; their indices add up to 2 and not to 0: at least one is "
+            "1152 starts: completeness is not proved; their indices add up to 2 and not to 0: at least one is "
             "missing",
         ),
-        ([], False, 1, "192 starts: it is not shown that no state is missing"),
+        ([], False, 1, "192 starts: completeness is not proved"),
     ],
 )  # fmt: skip
 def test_more_bodies_are_sought_until_no_index_is_missing(

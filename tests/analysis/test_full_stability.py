@@ -90,7 +90,7 @@ def test_what_neither_grows_nor_decays(monkeypatch: pytest.MonkeyPatch, full: Fu
     assert (one.stable, one.reason) == (None, "a multiplier lies on the unit circle")
     assert judged(monkeypatch, full, state, [2e-6, -1.0]).stable is False
     undamped = stability(damping=0.0)
-    reason = "the carrier is not damped: its own vibration neither grows nor decays"
+    reason = "the carrier is not damped: its free vibration neither grows nor decays"
     assert judged(monkeypatch, undamped, at_speed(undamped.torques, 100.0)[0], [0.0]).reason == reason
 
 
@@ -103,11 +103,11 @@ def test_a_broken_family_is_judged_across_it(monkeypatch: pytest.MonkeyPatch, gr
     n = family.neutral
     slow = Orbit(full, [1.0] * n + [1.0 - 0.00999], [0.9, -0.5])
     across = judged(monkeypatch, full, family, [-1.0 + 2.0j], slow)
-    assert (across.stable, across.reason) == (True, f"{creep}; judged is what grows or decays across it")
+    assert (across.stable, across.reason) == (True, f"{creep}; stability is judged across it")
     assert slow.asked == [1 + n, 1 + n]
     fast = Orbit(full, [1.0] * n + [1.0 - 0.0101], [0.9, -0.5])
     along = judged(monkeypatch, full, family, [-1.0 + 2.0j], fast)
-    assert (along.stable, along.reason) == (None, f"{creep}, not much slower than what decays across it")
+    assert (along.stable, along.reason) == (None, f"{creep}, not much slower than perturbations decay across it")
     assert along.exponents.tolist() == [-1.0 + 2.0j]
     grows = judged(monkeypatch, full, family, [0.5], Orbit(full, [1.0] * (n + 1), [1.1, -0.5]))
     assert grows.stable is False and grows.reason.startswith(creep)
@@ -157,7 +157,7 @@ def first_order(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FullStability, "_agrees_in_second_order", lambda *_: False)
 
 
-STEADY = "the averaged equations take the carrier's vibration as steady"
+STEADY = "the averaged equations assume a steady vibration of the carrier"
 
 
 @pytest.mark.usefixtures("first_order")
@@ -181,7 +181,7 @@ def test_a_pair_may_be_the_carriers_vibration_less_whole_turns(full: FullStabili
     seen = abs(own - 100.0 * round(own / 100.0))
     for off, its in ((0.049, True), (-0.049, True), (0.051, False)):
         words = full.why(state, of(-2.5), of(0.125 + 1j * (seen + off * own), -7.0))
-        carrier = f", those of the carrier's own vibration at about {own:.4g} rad/s, leaves the unit circle"
+        carrier = f", those of the carrier's free vibration at about {own:.4g} rad/s, leaves the unit circle"
         assert words is not None and (carrier in words) is its, off
 
 

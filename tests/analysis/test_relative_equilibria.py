@@ -123,7 +123,7 @@ def test_other_machines_are_refused_with_the_reason(described: dict[str, Any], s
     m = machine_from(document if "drives" in document else document | {"drive": MOTOR})
     with pytest.raises(InputError) as raised:
         RelativeEquilibria.of(m)
-    assert str(raised.value).startswith("machine: steady rotation is no equilibrium in a frame that turns with drum")
+    assert str(raised.value).startswith("machine: steady rotation is not an equilibrium in a frame that turns with drum")
     assert sentence in str(raised.value)
     assert SynchronousMotions.of(m).relative is None
     assert sentence in SynchronousMotions.of(m).outside

@@ -146,7 +146,7 @@ def test_a_branch_begins_at_no_run_that_fails(monkeypatch: pytest.MonkeyPatch) -
 
     motions, start = steady(100.0)
     monkeypatch.setattr("wucht.analysis.synchronous_motion.integrate", lambda *_: Failed())
-    with pytest.raises(RunError, match=r"^no orbit was found: it burst$"):
+    with pytest.raises(RunError, match=r"^there is no orbit: it burst$"):
         motions.along("drive.slope", (1e-4, 5e-4), SynchronousMotion(start, 0.0625, np.array([-1.0])))
 
 
@@ -159,5 +159,5 @@ def test_an_equilibrium_at_rest_is_no_motion() -> None:
             return SimpleNamespace(speed=0.0)
 
     motions, start = steady(100.0)
-    with pytest.raises(RunError, match="the nearest equilibrium is one at rest"):
+    with pytest.raises(RunError, match="the nearest equilibrium is at rest"):
         replace(motions, relative=Relative()).near(start, 100.0)  # type: ignore[arg-type]

@@ -325,15 +325,15 @@ def test_a_table_is_a_table(refused: Refused, here: Path, text: str, key: str) -
 
 
 NO_STUDY_FILES = {
-    "no TOML": (b"hello world", "no valid TOML", "line 1"),
+    "no TOML": (b"hello world", "not valid TOML", "line 1"),
     "binary": (bytes(range(256)), "UTF-8"),
     "UTF-16": ("title = 'x'".encode("utf-16"), "UTF-8"),
     "Latin-1": ("title = 'Gr\u00f6\u00dfe'".encode("latin-1"), "UTF-8"),
-    "NUL": (b"title = '\0'", "no valid TOML"),
-    "a key twice": (b"title = 'a'\ntitle = 'b'\n", "no valid TOML", "line 2"),
-    "nested arrays": (b"a = " + 5000 * b"[", "no valid TOML"),
-    "nested tables": (b"a = " + 5000 * b"{a = ", "no valid TOML"),
-    "an endless number": (b"\na = 1" + 6000 * b"0", "no valid TOML: a number of thousands of digits (at line 2)"),
+    "NUL": (b"title = '\0'", "not valid TOML"),
+    "a key twice": (b"title = 'a'\ntitle = 'b'\n", "not valid TOML", "line 2"),
+    "nested arrays": (b"a = " + 5000 * b"[", "not valid TOML"),
+    "nested tables": (b"a = " + 5000 * b"{a = ", "not valid TOML"),
+    "an endless number": (b"\na = 1" + 6000 * b"0", "not valid TOML: a number of thousands of digits (at line 2)"),
     "a key of many parts": (b"machine." + 3000 * b"a." + b"a = 1", "broken.toml: machine: at most 40 tables"),
     "tables of many parts": (b"[" + 3000 * b"a." + b"a]", "at most 40 tables"),
 }
@@ -400,7 +400,7 @@ def test_an_error_in_a_used_file_names_both(refused: Refused, here: Path) -> Non
     Path("other.toml").write_text("machin = 1\n")
     refused("run", "study.toml", says=("other.toml: ", "machin", "did you mean 'machine'?"))
     Path("other.toml").write_text("not toml")
-    refused("run", "study.toml", says=("other.toml: ", "no valid TOML"))
+    refused("run", "study.toml", says=("other.toml: ", "not valid TOML"))
     Path("other.toml").write_text("[machine]\nuse = 'drozdetskaya-2020/r1'\nbodies = []\n")
     refused("run", "study.toml", says=("other.toml: ", "machine.bodies", "not allowed beside use"))
 

@@ -355,11 +355,11 @@ def test_two_schedules_of_one_parameter(refused: Refused, machines: Path) -> Non
 # Tables
 
 TABLES = {
-    "empty": ("", "at least two rows", "found 0"),
-    "comments": ("# nothing\n\n", "found 0"),
-    "a heading": ("speed, torque\n", "found 0"),
-    "one row": ("0, 1\n", "found 1"),
-    "text": ("0,1\n1,abc\n", "line 2", "'abc' is no finite number"),
+    "empty": ("", "at least two rows", "there are 0"),
+    "comments": ("# nothing\n\n", "there are 0"),
+    "a heading": ("speed, torque\n", "there are 0"),
+    "one row": ("0, 1\n", "there are 1"),
+    "text": ("0,1\n1,abc\n", "line 2", "'abc' is not a finite number"),
     "NaN": ("0,1\n1,nan\n", "line 2", "'nan'"),
     "too large": ("0,1\n1,1e400\n", "line 2", "'1e400'"),
     "beyond all numbers": ("0,1e308\n1,-1e308\n", "line 1", "a torque of at most 1e+30 N m"),
@@ -372,9 +372,9 @@ TABLES = {
     "equal speeds": ("0,1\n1,2\n1,3\n", "line 3", "does not increase"),
     "falling speeds": ("2,1\n1,2\n", "line 2", "does not increase"),
     "decimal commas between commas": ("0,1,5\n100,1,2\n", "line 1", "3 columns"),
-    "two commas in a number between tabs": ("0\t1,500,0\n100\t1,2\n", "line 1", "no finite number"),
+    "two commas in a number between tabs": ("0\t1,500,0\n100\t1,2\n", "line 1", "not a finite number"),
     "one column": ("1\n2\n", "line 1", "1 columns"),
-    "units below the heading": ("speed,torque\nrpm,N m\n0,1\n1,2\n", "line 2", "'rpm' is no finite number"),
+    "units below the heading": ("speed,torque\nrpm,N m\n0,1\n1,2\n", "line 2", "'rpm' is not a finite number"),
     "hexadecimal": ("0x1,1\n2,2\n", "line 1"),
     "underscore": ("0,1_0\n1,2\n", "line 1"),
 }  # fmt: skip

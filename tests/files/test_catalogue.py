@@ -219,9 +219,9 @@ def test_equations_of_another_file_take_no_schedules(here):
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ('use = "practice/screen"', "use: given 'practice/screen'; this key stands in the table [machine]"),
-        ("until = 3", "until: given 3; this key stands in the table [study]"),
-        ("[[bodies]]", "bodies: given [{}]; this key stands in the table [machine]"),
+        ('use = "practice/screen"', "use: given 'practice/screen'; this key belongs in the table [machine]"),
+        ("until = 3", "until: given 3; this key belongs in the table [study]"),
+        ("[[bodies]]", "bodies: given [{}]; this key belongs in the table [machine]"),
     ],
 )
 def test_a_key_above_its_table(tmp_path: Path, line: str, says: str) -> None:

@@ -35,7 +35,10 @@ _STEP = 1e-4  # rad of the fastest free vibration: small against what a slow mot
 
 @dataclass(frozen=True)
 class AveragedMachine:
-    """A machine's averaged equations. senses: +1 or -1 a body. held: the main rotor turns at the parameter ``speed``."""
+    """A machine's averaged equations.
+
+    senses: +1 or -1 for each body. has_fixed_speed: the main rotor turns at the parameter ``speed``.
+    """
 
     machine: Machine
     equations: AveragedSystem
@@ -56,12 +59,12 @@ class AveragedMachine:
         return _with_parameters(self.equations.fast, self.machine.structure, self.held, sp.S.Zero)
 
     def values(self, speed: float | None = None) -> tuple[float, ...]:
-        """Parameter values in order. speed: of the main rotor, where it is held, positive in its own sense."""
+        """Parameter values in order. speed: of the main rotor, where it is fixed, positive in the rotor's sense."""
         return self.system.values(self.machine.values | ({} if speed is None else {SPEED.name: speed}))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What these equations leave out."""
+        """Sentences on what these equations neglect."""
         tracks, released = self.machine.tracks, [b.name for b in self.machine.bodies if b.release is not None]
         contacts = [f"contacts on the track {t.name} are left out: this holds while its bodies do not touch" for t in tracks]
         return (*contacts, *(f"{name} is taken as released" for name in released))
@@ -75,15 +78,15 @@ class AveragedMachine:
     def state(self, angles: Mapping[str, float | np.ndarray], speeds: Mapping[str, float | np.ndarray]) -> np.ndarray:
         """The slow state (n,) that follows from absolute angles and speeds of the bodies; or states (n, M), from arrays (M,).
 
-        Without inertia the bodies' slips have decayed: rotors have the speed that is left then, and phases have moved on, as
-        002 (4.24), (4.30) say.
+        Without inertia the bodies' slips have decayed: rotors have the speed that remains, and phases have moved on, see
+        002 (4.24), (4.30).
         """
         names = self.equations.bodies.names
         theta, turning = (np.array([self.senses[n] * given[n] for n in names]) for given in (angles, speeds))
         return self._state(*((theta, turning) if self.inertia else self._landed(theta, turning)))
 
     def defined_at(self, state: np.ndarray) -> bool:
-        """Whether the equations have a value in a slow state (n,); those of second order have none at rest."""
+        """True if the equations have a value in a slow state (n,); those of second order have none at rest."""
         with np.errstate(all="ignore"):
             rates = Evaluator.of_rates(self.system).array(np.zeros(1), state[:, None], self.values())
         return bool(np.isfinite(rates).all())
@@ -93,7 +96,7 @@ class AveragedMachine:
         return self._state(phases, np.full(len(phases), speed))
 
     def _state(self, angles: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-        """From the bodies' angles and speeds in their own senses."""
+        """The slow state from the bodies' angles and speeds, each in the body's sense."""
         values, b = dict[str, np.ndarray](), self.equations.bodies
         for i, name in enumerate(b.names):
             values[f"{name}.phase"] = angles[i] - (angles[b.reference(i)] if i else 0.0)
@@ -101,7 +104,7 @@ class AveragedMachine:
         return np.array([values[name] for name in self.system.state_names])
 
     def _landed(self, angles: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where J nu' + B nu = 0 ends: the angles moved by the integral of nu, and the speeds that are left."""
+        """Limit of J nu' + B nu = 0: the angles moved by the integral of nu, and the speeds that remain."""
         b, numbers, moved, left = self.equations.bodies, self.machine.numbers, angles.copy(), speeds.copy()
         inertia, damping = (np.array(a.xreplace(numbers).tolist(), float).reshape(a.shape) for a in (b.inertia, b.relative))
         for head in b.rotors:
@@ -116,11 +119,11 @@ class AveragedMachine:
 
 
 def keeps_inertia(machine: Machine, asked: bool | None) -> bool:
-    """Whether averaged equations of steady and modulated operation keep the inertia of the balancing bodies.
+    """True if averaged equations of steady and modulated operation keep the inertia of the balancing bodies.
 
-    By default they do: what it changes is the stability, and the limit of strong damping is a case of it. The dissertation's
+    By default they do: it affects the stability, and the limit of strong damping is a special case of it. The dissertation's
     dimensionless machines are given by that limit, 002 (4.60)-(4.62), where all bodies are damped. Raises ``InputError`` where
-    it is to be left out and a body is not damped.
+    the inertia is to be neglected and a body is not damped.
     """
     limit = damped(machine)
     if asked is False and not limit:
@@ -133,9 +136,9 @@ def averaged_machine(
 ) -> AveragedMachine:
     """The averaged equations of a machine with a linear carrier: see ``mechanics.averaged``.
 
-    inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2. held: at a given speed
-    of the main rotor, the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of rotors that do not turn
-    as their drives would have them. Raises ``InputError`` for a machine outside the class, with the reason.
+    inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2.
+    has_fixed_speed: the main rotor turns at the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of
+    rotors that do not turn as their drives would turn them. Raises ``InputError`` for other machines, with the reason.
     """
     _refuse_others(machine)
     of_rotors = {r.name: int(sense_of(machine, r)) for r in machine.rotors} | dict(turning or {})
@@ -158,7 +161,7 @@ def _refuse_others(machine: Machine) -> None:
     hung = [p.name for p in machine.parts if isinstance(p, Body) and not p.on_axis()]
     others = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed is not None]
     shaken, prescribed = machine.shaken is not None, any(r.coordinate.prescribed is not None for r in machine.rotors)
-    guided = "slides in a guide that turns: the carrier's mass then turns with it"
+    guided = "slides in a guide that turns: the carrier's mass matrix then depends on the angle"
     reasons = [("slider", f"{s.words} {guided}") for s in machine.sliders]
     reasons += [("pivot", f"the pivot of {name} turns with the rotor: its unbalance depends on its phase") for name in hung]
     if shaken and machine.shaking is None:
@@ -173,8 +176,8 @@ def _refuse_others(machine: Machine) -> None:
         reasons.append(("not-linear", f"{machine.nonlinear} is not linear, and the averaged equations need a linear carrier"))
     if machine.internal:
         own = machine.internal[0].state.name
-        held = "a drive of kind 'constant-speed' has the speed that it holds"
-        reasons.append(("controller", f"{own} is a state of a controller's own, and they know those of bodies alone: {held}"))
+        held = "a drive of kind 'constant-speed' holds its speed exactly"
+        reasons.append(("controller", f"{own} is an internal state of a controller, and averaged equations have none: {held}"))
     if not machine.free_carrier and not shaken:
         reasons.append(("still", "nothing vibrates: the carrier is fixed"))
     if reasons:
@@ -188,7 +191,7 @@ def _equations(
     structure: Structure, contacts: int, shaking: tuple[sp.Symbol, sp.Symbol] | None, senses: Sequence[int], inertia: bool,
     order: int, held: bool,
 ) -> AveragedSystem:  # fmt: skip
-    """contacts: how many of the energies are those of tracks. shaking: amplitude and frequency. senses: of the bodies."""
+    """Derive the equations. contacts: number of energies of tracks. shaking: amplitude and frequency. senses: of bodies."""
     energies = structure.energies[: len(structure.energies) - contacts]
     pairs = list(zip(structure.bodies, senses, strict=True))
     if structure.bodies[0].about:  # The main rotor leads where the first body turns about another one.
@@ -214,7 +217,7 @@ def _equations(
         relative[i, i] = -sp.Add(*relative[i, :])
 
     def alone(torques: Sequence[sp.Expr]) -> tuple[sp.Lambda, ...]:
-        """Torques as functions of the body's speed in its own sense: what is left when all turn alike."""
+        """Torques as functions of the body's speed in its sense, all bodies turning at one speed."""
         return tuple(sp.Lambda(w, s * t.xreplace(dict.fromkeys(v, s * w))) for t, w, s in zip(torques, v, sign, strict=True))
 
     given, shaken = coordinates[0].prescribed, structure.shaken
@@ -240,7 +243,7 @@ def _equations(
 
 
 def _weight(energies: Sequence[Energies], angle: sp.Symbol, sense: int) -> Phasor:
-    """Gravity on a body at this angle: the torque Re[weight exp(i theta)] in its own sense."""
+    """Gravity on a body at this angle: the torque Re[weight exp(i theta)] in its sense."""
     slope = sp.Add(*(sp.diff(e.potential, angle) for e in energies))
     weight = Phasor.of(first_harmonic(slope, angle)).turned.scaled(-sp.S.One)
     return weight if sense > 0 else weight.conj.scaled(-sp.S.One)
@@ -249,7 +252,7 @@ def _weight(energies: Sequence[Energies], angle: sp.Symbol, sense: int) -> Phaso
 def _excitation(
     carrier: LinearCarrier, names: Sequence[str], senses: Sequence[int]
 ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[tuple[Phasor, ...], ...]]:
-    """E_i of each body in its own sense, its unbalance as a symbol with a definition."""
+    """E_i of each body in its sense, its unbalance as a symbol with a definition."""
     definitions, excitation = [], []
     for name, sense, column in zip(names, senses, carrier.excitation, strict=True):
         own = [p if sense > 0 else p.conj for p in map(Phasor.of, column)]
@@ -272,7 +275,7 @@ class FullMotion:
     def __call__(self, time: np.ndarray, states: np.ndarray, rotor_angle: np.ndarray, speed: float | None = None) -> np.ndarray:
         """States (N_full, N) of ``machine.system`` for slow states (n, N) at times (N,).
 
-        rotor_angle: (N,), the integral of the main rotor's speed in its own sense. speed: where it is held.
+        rotor_angle: (N,), the integral of the main rotor's speed in its sense. speed: where it is fixed.
         """
         slow, machine = self.slow, self.slow.machine
         parameters, frequency = slow.values(speed), machine.shaking_frequency
@@ -296,7 +299,7 @@ class FullMotion:
 
     @cached_property
     def _steady(self) -> Evaluator:
-        """Speeds and amplitudes: nothing else of the averaged equations is needed."""
+        """Speeds and amplitudes: no other output of the averaged equations is needed."""
         system, bodies = self.slow.system, self.slow.equations.bodies.names
         names = [f"speed[{n}]" for n in bodies]
         names += [f"amplitude.{part}[{d}]" for d in self.slow.machine.labels for part in ("re", "im")]
@@ -310,7 +313,7 @@ class FullMotion:
 
     def _changing(self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...], w: np.ndarray) -> np.ndarray:
         """z' (m, N) along the slow motion, by central differences over a small part of a turn."""
-        # One step for all samples: what comes of one does not depend on the others.
+        # One step for all samples: the result for one does not depend on the others.
         natural, system = natural_frequencies(self.slow.machine).values(), self.slow.system
         fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
         rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest

@@ -18,7 +18,7 @@ def numbers(machine: Machine) -> dict[str, float]:
 
     They need a rotor with unbalance on a carrier that is isotropic or moves in one direction; lambda and u a drive whose torque
     falls linearly with the speed; s, w, p, mu, beta_p, beta_r equal rigid bodies about the rotor's axis (beta_r = n b/(k J_R),
-    which is (4.8) for n = 2). A dimensionless machine returns its own parameters.
+    which is (4.8) for n = 2). A dimensionless machine returns its parameters.
     """
     if machine.dimensionless:
         return dict(machine.values)
@@ -56,7 +56,7 @@ def numbers(machine: Machine) -> dict[str, float]:
 
 
 def _frequency(machine: Machine) -> float | None:
-    """The natural frequency of a carrier that moves alike in all its directions in the plane, None of another."""
+    """The natural frequency of a carrier that is isotropic in the plane or moves in one direction; None for others."""
     (mass, *_), alike = machine.matrices, all((m == m[:1, :1] * np.eye(len(m))).all() for m in machine.matrices)
     if not len(mass) or not alike or not set(machine.labels) <= {"x", "y"} or machine.shaken is not None:
         return None
@@ -64,7 +64,7 @@ def _frequency(machine: Machine) -> float | None:
 
 
 def _of_pendulum(machine: Machine, body: Body) -> tuple[float, float, float, float] | None:
-    """Unbalance, length, inertia and damping of a rigid body about the rotor's axis, None of another."""
+    """Unbalance, length, inertia and damping of a rigid body about the rotor's axis; None for other bodies."""
     arm, inertia = body.arms().get(body.name), body.about_axis()
     damping = relative_damping(machine, machine.body(body.name)) if body.turns() else None
     if arm is None or inertia is None or damping is None or not damping.is_number or not body.on_axis():

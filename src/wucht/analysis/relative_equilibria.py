@@ -1,8 +1,8 @@
 """Steady rotation as an equilibrium: the full equations of a machine in the frame that turns with its main rotor.
 
-Of a machine that does not feel being turned as a whole (an isotropic carrier, no gravity, no prescribed motion, all rotors in
-one sense) the rotor's angle drops out. Motions with steady phases are then equilibria of one state less, their stability is
-that of a matrix, and branches of them are followed as those of any equilibria. Of others they are periodic orbits:
+If a machine is invariant under rotation as a whole (an isotropic carrier, no gravity, no prescribed motion, all rotors in
+one sense), the rotor's angle drops out. Motions with steady phases are then equilibria of one state less, their stability is
+that of a matrix, and branches of them are followed as those of any equilibria. In other machines they are periodic orbits:
 ``synchronous_motion``.
 """
 
@@ -31,7 +31,7 @@ from wucht.system import System
 _MOST_STEPS = 30
 _TOLERANCE = 1e-11  # of the states' sizes: Newton's last step
 _SINGULAR = 1e-12  # share of the largest singular value below which there is a family of equilibria
-_LEFT = 1e-8  # of the fastest rate: more that is left along a family means that there is none
+_LEFT = 1e-8  # of the fastest rate: a larger residual along a family means that there is none
 _HALVINGS = 10
 
 
@@ -42,13 +42,13 @@ class RelativeEquilibrium:
     Attributes
     ----------
     state : ndarray, (n-1,)
-        Of the turning frame's System.
+        State of the System in the turning frame.
     speed : float
-        Of the main rotor, signed: with it all turns.
+        Speed of the main rotor, signed: all bodies turn with it.
     eigenvalues : ndarray of complex, (n-1,)
-        Of the full equations linearised about it, per unit of time, the fastest growing first.
+        Eigenvalues of the full equations linearised about it, per unit of time, the fastest growing first.
     neutral : int
-        In how many directions there are others of a family: so many eigenvalues are zero and say nothing of stability.
+        Dimension of the family it belongs to: as many eigenvalues are zero and do not decide on stability.
     """
 
     state: np.ndarray
@@ -65,9 +65,9 @@ class RelativeEquilibrium:
 
 @dataclass(frozen=True)
 class RelativeEquilibria:
-    """The relative equilibria of a machine at its parameter values, contacts on tracks left out, all bodies released.
+    """The relative equilibria of a machine at its parameter values, contacts on tracks neglected, all bodies released.
 
-    system: in the turning frame, see ``mechanics.corotating``; its parameters are those of the machine but for gravity, which
+    system: in the turning frame, see ``mechanics.corotating``; its parameters are those of the machine except gravity, which
     is zero.
     """
 
@@ -76,7 +76,7 @@ class RelativeEquilibria:
 
     @classmethod
     def of(cls, machine: Machine, senses: Mapping[str, float] | None = None) -> RelativeEquilibria:
-        """Those of a machine, whose bodies turn in these senses (+1, -1 by name; by default as their drives would have them).
+        """Relative equilibria of a machine whose bodies turn in these senses (+1, -1 by name; by default those of the drives).
 
         Raises ``InputError`` for a machine whose steady rotation is no equilibrium in any frame, with the reason.
         """
@@ -84,7 +84,7 @@ class RelativeEquilibria:
         try:
             return cls(bare, _checked(bare, senses))
         except WuchtError as error:
-            reason = f"steady rotation is no equilibrium in a frame that turns with {machine.rotor.name}: {error}"
+            reason = f"steady rotation is not an equilibrium in a frame that turns with {machine.rotor.name}: {error}"
             raise InputError("machine", None, reason) from None
 
     @property
@@ -94,7 +94,7 @@ class RelativeEquilibria:
 
     @cached_property
     def _rows(self) -> tuple[list[int], list[int], list[int], int]:
-        """In the machine's state: of what turns as x, of what turns as y, of the other bodies' angles; of the rotor's angle."""
+        """Indices in the machine's state: of x and its rate, of y and its rate, of the other bodies' angles; of the rotor's."""
         turning, row = turning_of(self.machine.structure), self.machine.row
         pairs = [[row(s) for s in (c.position, c.velocity)] for c in turning.plane] or [[], []]
         return pairs[0], pairs[1], [row(c.position) for c in turning.angles[1:]], row(turning.angles[0].position)
@@ -125,7 +125,7 @@ class RelativeEquilibria:
         return float(state[self.system.state_names.index(coordinate.velocity.name)])
 
     def sizes(self, state: np.ndarray) -> np.ndarray:
-        """By how much each state (n-1,) changes when it changes much, near one of these.
+        """Characteristic size (n-1,) of a change of each state, near a relative equilibrium.
 
         A phase by 1 rad, a speed by that of the rotor, the carrier by its displacement, or U/M of all unbalances together.
         """
@@ -146,8 +146,8 @@ class RelativeEquilibria:
     def near(self, guess: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
         """The relative equilibrium near a state (n-1,) of the turning frame, by Newton's method.
 
-        neutral: the dimension of the family that it belongs to, as of more than two bodies that compensate; of its members the
-        nearest is found. Raises ``RunError`` where none is found.
+        neutral: the dimension of the family that it belongs to, as of more than two bodies that compensate; the nearest
+        of its members is returned. Raises ``RunError`` where there is none.
         """
         linear, x = self.linear(), np.array(guess, float)
         sizes, rate = self.sizes(x), abs(self.speed(x)) or 1.0
@@ -165,7 +165,7 @@ class RelativeEquilibria:
             if np.abs(step).max() <= _TOLERANCE:
                 if np.abs(f / (sizes * rate)).max() > _LEFT * values[0]:
                     raise RunError(
-                        f"no steady rotation was found: near this state there is no family of {neutral} dimensions",
+                        f"there is no steady rotation here: near this state there is no family of {neutral} dimensions",
                         code="no-family",
                     )
                 return self.at(x + step * sizes, neutral)
@@ -175,7 +175,9 @@ class RelativeEquilibria:
                     break
                 share /= 2
             x = x + share * step * sizes
-        raise RunError(f"no steady rotation was found: {_MOST_STEPS} steps of Newton's method were not enough; start nearer")
+        raise RunError(
+            f"no convergence to a steady rotation: {_MOST_STEPS} steps of Newton's method were not enough; start nearer"
+        )
 
     def at(self, state: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
         """A state (n-1,) that is known to be a relative equilibrium, with its eigenvalues."""
@@ -188,17 +190,15 @@ class RelativeEquilibria:
     ) -> Equilibria:
         """The branches of relative equilibria over a parameter (its path), with folds and Hopf points of the full equations.
 
-        bounds: lowest and highest value. near: one of them, by whose size states are measured. Raises ``InputError`` for an
-        unknown parameter, ``RunError`` for a member of a family: one parameter leads along no single branch of it.
+        bounds: lowest and highest value. near: one of them, whose sizes scale the states. Raises ``InputError`` for an
+        unknown parameter, ``RunError`` for a member of a family, which has no single branch over one parameter.
         """
         if parameter not in self.system.parameter_names:
             allowed = f"must be a parameter of the equations: {', '.join(self.system.parameter_names)}"
             raise InputError("parameter", parameter, allowed)
         if near.neutral:
             family = f"a family of {near.neutral} dimensions"
-            raise RunError(
-                f"{family} has no single branch over {parameter}: follow a state that is alone", code="no-single-branch"
-            )
+            raise RunError(f"{family} has no single branch over {parameter}: follow an isolated state", code="no-single-branch")
         sizes = self.sizes(near.state).tolist()
         scale = dict(zip(self.system.state_names, sizes, strict=True)) | {parameter: bounds[1] - bounds[0]}
         fixed = {name: value for name, value in self.values.items() if name != parameter}
@@ -212,14 +212,14 @@ def without_contacts(machine: Machine) -> Machine:
 
 
 def turning_of(structure: Structure) -> Turning:
-    """What of a machine turns when it is turned as a whole."""
+    """The coordinates of a machine that change when it is turned as a whole."""
     plane = tuple(c for label, c in zip(structure.labels, structure.carrier, strict=True) if label in ("x", "y"))
     others = [b for b in structure.bodies if b is not structure.rotor]
     return Turning(plane, tuple(b.coordinate for b in (structure.rotor, *others)))
 
 
 def _checked(machine: Machine, senses: Mapping[str, float] | None) -> System:
-    """The System in the turning frame. Raises ``WuchtError``: why there is none."""
+    """The System in the turning frame. Raises ``WuchtError`` where there is none, with the reason."""
     if machine.schedules:
         raise WuchtError(f"{machine.schedules[0].parameter} changes over time")
     turn = {r.name: sense_of(machine, r) if senses is None else senses[r.name] for r in machine.rotors}
@@ -240,7 +240,7 @@ def _checked(machine: Machine, senses: Mapping[str, float] | None) -> System:
 @lru_cache(maxsize=64)
 @derived_once
 def _corotating(structure: Structure, zero: tuple[sp.Symbol, ...]) -> System | str:
-    """The System, or why there is none: kept like it, which an error is not."""
+    """The System, or the reason why there is none: returned, since an error would not be cached."""
     turning = turning_of(structure)
     try:
         refuse_oriented(structure.energies, turning, zero)

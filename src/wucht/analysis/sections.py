@@ -1,4 +1,4 @@
-"""The averaged equations of a machine where equal bodies keep equal phases, in the machine's own conventions and names."""
+"""The averaged equations of a machine where equal bodies keep equal phases, in the machine's conventions and names."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from wucht.numerics.phase_plane.plane import jacobian_of
 from wucht.system import System
 
 PSI, OMEGA = "psi", "speed"
-_INVARIANT = 1e-9  # of the largest rate: what may lead away from an invariant section
-_PLACES = 64  # at which that is looked at
+_INVARIANT = 1e-9  # of the largest rate: rate allowed out of an invariant section
+_PLACES = 64  # at which that is evaluated
 _LOWEST, _HIGHEST = 0.02, 1.15  # of the speed without vibration: the default of the range
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A state of a section: its name, what it is, its unit, and by default its range; low and high of an angle are a turn."""
+    """A state of a section: its name, long name, unit and default range; low and high of an angle are a turn."""
 
     name: str
     long_name: str
@@ -38,10 +38,10 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The k states that are left of n averaged ones, in the machine's conventions of angles and speeds.
+    """The k states that remain of n averaged ones, in the machine's conventions of angles and speeds.
 
     system: of these k, and values of its parameters. whole: the averaged System. embedding: (n, k), the states of the whole
-    from these. turning: which of them is the main rotor's speed, -1 where that is held at ``speed``. inertia, order: of the
+    from these. turning: the index of the main rotor's speed, -1 where that is fixed at ``speed``. inertia, order: of the
     averaged equations.
     """
 
@@ -66,25 +66,25 @@ class Section:
         return values[np.lexsort((-values.imag, -values.real))]
 
     def rotor_speed(self, state: np.ndarray) -> np.ndarray:
-        """Of the main rotor at states (k, ...)."""
+        """Speed of the main rotor at states (k, ...)."""
         return np.asarray(state[self.turning] if self.turning >= 0 else np.full(np.shape(state)[1:], self.speed))
 
 
 def section_of(slow: AveragedMachine, together: bool | Sequence[str] | None, speed: float | None = None) -> Section:
-    """The states that are left where bodies keep equal phases.
+    """The states that remain where bodies keep equal phases.
 
     Parameters
     ----------
     slow : AveragedMachine
     together : bool, sequence of str, or None
-        True for all balancing bodies, names of some, None for none: then all states are left.
+        True for all balancing bodies, names of some, None for none: then all states remain.
     speed : float, optional
-        Of the main rotor, signed, where ``slow`` holds it.
+        Speed of the main rotor, signed, where ``slow`` fixes it.
 
     Raises
     ------
     InputError
-        At ``study.together``: for a name that is none, and where motions that begin with equal phases do not keep them.
+        At ``study.together``: for an unknown name, and where motions that begin with equal phases do not keep them.
     """
     machine = slow.machine
     values = dict(machine.values) | ({} if speed is None else {SPEED.name: slow.senses[machine.rotor.name] * speed})
@@ -106,7 +106,7 @@ def section_of(slow: AveragedMachine, together: bool | Sequence[str] | None, spe
 
 
 def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> list[list[int]]:
-    """The states of the averaged equations, by their indices: those that stay equal are together."""
+    """The states of the averaged equations, by their indices: those that stay equal are one group."""
     names, machine = slow.system.state_names, slow.machine
     if not together:
         return [[i] for i in range(len(names))]
@@ -183,6 +183,6 @@ def _refuse_if_left(made: Section, groups: Sequence[Sequence[int]], slow: Averag
     raise InputError(
         "study.together",
         None,
-        f"{bodies} do not keep equal phases: must be bodies that are equal in all they are",
+        f"{bodies} do not keep equal phases: must be bodies with equal properties",
         code="phases-part",
     )

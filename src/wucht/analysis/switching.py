@@ -1,7 +1,7 @@
-"""When switchable pendulums open and close, in closed form; and the machine with rigid pendulums in their place, or none.
+"""Switching speeds of switchable pendulums, in closed form; and the machine with rigid pendulums in their place, or none.
 
-At a steady speed w on an axis that does not move the moving mass feels m_s w^2 (r_i + s) outward and F_0 + c s inward. Both are
-straight lines over s: at the inner stop (s = 0) it leaves where w exceeds sqrt(F_0/(m_s r_i)), at the outer one (s = d) where w
+At a steady speed w on a fixed axis the forces on the moving mass are m_s w^2 (r_i + s) outward and F_0 + c s inward. Both are
+linear in s: at the inner stop (s = 0) it leaves where w exceeds sqrt(F_0/(m_s r_i)), at the outer one (s = d) where w
 falls below sqrt((F_0 + c d)/(m_s r_o)). With c r_i < F_0 the second is less: the mass snaps from stop to stop.
 """
 
@@ -25,7 +25,7 @@ from wucht.machines.parts.switchable_pendulum import SwitchablePendulum
 class Switching:
     """Speeds of a pendulum in rad/s. opening, closing: at which its mass leaves the inner and the outer stop.
 
-    after: with which it turns on once its mass is out: its angular momentum is kept while the mass snaps. stroke: in m.
+    open_speed: just after opening, as its angular momentum is conserved while the mass snaps. stroke: in m.
     """
 
     opening: float
@@ -35,12 +35,12 @@ class Switching:
 
     @property
     def snaps(self) -> bool:
-        """Whether the mass goes from stop to stop; else it moves out gradually between the two speeds."""
+        """True if the mass snaps from stop to stop; else it moves out gradually between the two speeds."""
         return self.closing < self.opening
 
     @property
     def stays_open(self) -> bool:
-        """Whether the mass stays out although the pendulum has become slower; else the damper has to speed it up first."""
+        """True if the mass stays out although the pendulum has slowed down; else the damper has to speed it up first."""
         return self.after > self.closing
 
 
@@ -50,7 +50,7 @@ def switchable(machine: Machine) -> tuple[SwitchablePendulum, ...]:
 
 
 def switching(machine: Machine, pendulum: SwitchablePendulum) -> Switching:
-    """When a pendulum of a machine switches, at the machine's parameter values."""
+    """The switching speeds of a pendulum of a machine, at the machine's parameter values."""
     m, inner, outer, preload, c = pendulum.symbols("moving_mass", "inner_stop", "outer_stop", "preload", "stiffness")
     opening, closing = sp.sqrt(preload / (m * inner)), sp.sqrt((preload + c * (outer - inner)) / (m * outer))
     after = opening * pendulum.about_axis() / _opened_inertia(pendulum)
@@ -75,7 +75,7 @@ def with_rigid_pendulums(machine: Machine) -> Machine:
 
 
 def without_pendulums(machine: Machine) -> Machine:
-    """The machine without its switchable pendulums, their masses being on the rotors they turn about: it is as heavy."""
+    """The machine without its switchable pendulums, their masses added to the rotors that carry them."""
     added: dict[str, float] = {}
     for p in switchable(machine):
         root = machine.tree.root(p.name)
@@ -109,7 +109,7 @@ def _heavier(machine: Machine, rotor: Body, mass: float) -> Body:
 
 
 def _rebuilt(machine: Machine, bodies: Sequence[Body]) -> Machine:
-    """A machine with other bodies, all else as it is: parameter values and schedules too, of what is still there."""
+    """A machine with other bodies, all else unchanged: parameter values and schedules too, of the remaining parts."""
     carrier = next(p for p in machine.parts if isinstance(p, Support))
     loads = [p for p in machine.parts if isinstance(p, Load)]
     before, same = {b.name: b for b in _bodies(machine)}, {b.name for b in bodies}
@@ -125,6 +125,6 @@ def _rebuilt(machine: Machine, bodies: Sequence[Body]) -> Machine:
 
 
 def _shared(old: Mapping[str, float], new: Iterable[str], changed: Iterable[str]) -> dict[str, float]:
-    """The values of those parameters that both machines have, but for bodies that were changed."""
+    """The values of the parameters that both machines have, except those of changed bodies."""
     owners = set(changed)
     return {path: old[path] for path in new if path in old and path.split(".")[0] not in owners}

@@ -1,8 +1,8 @@
-"""Motions with steady phases in the full equations, and what grows or decays about them.
+"""Motions with steady phases in the full equations, and their growth rates.
 
-Where a machine does not feel being turned as a whole they are equilibria in the frame that turns with the main rotor: exact,
+Where a machine is invariant under rotation as a whole they are equilibria in the frame that turns with the main rotor: exact,
 and cheap. Elsewhere (anisotropic carriers, gravity, rotors that turn against each other) they are periodic: in one turn each
-angle winds once round and all else repeats. Both are found from a start nearby, as the averaged equations give it.
+angle winds once round and all else repeats. Both need a start nearby, such as the averaged equations give.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ class SynchronousMotion:
     Attributes
     ----------
     state : ndarray, (n,)
-        Of the machine's equations, at the moment when the main rotor's angle is that of the start.
+        State of the machine's equations, at the moment when the main rotor's angle is that of the start.
     period : float
-        Of one turn, in the unit of time.
+        Period of one turn, in the unit of time.
     exponents : ndarray of complex, (k,)
-        Growth rates per unit of time, the fastest growing first: what belongs to the phase of the rotation itself, and to a
-        family, is left out. The imaginary parts are within half a frequency of the rotation, as seen once a turn.
+        Growth rates per unit of time, the fastest growing first, without those of the phase of the rotation and of a
+        family. The imaginary parts are within half a frequency of the rotation, as sampled once a turn.
     equilibrium : RelativeEquilibrium, optional
-        In the turning frame, where it is one.
+        The equilibrium in the turning frame, where it is one.
     orbit : PeriodicOrbit, optional
-        Where it is none.
+        The periodic orbit otherwise.
     """
 
     state: np.ndarray
@@ -56,9 +56,9 @@ class SynchronousMotion:
 
 @dataclass(frozen=True)
 class SynchronousMotions:
-    """Those of a machine at its parameter values, contacts on tracks left out, all bodies released.
+    """Synchronous motions of a machine at its parameter values, contacts on tracks neglected, all bodies released.
 
-    senses: +1 or -1 of each body by name. relative: its relative equilibria, None where they are none; outside: why not.
+    senses: +1 or -1 of each body by name. relative: its relative equilibria, None where it has none; outside_reason: why not.
     """
 
     machine: Machine
@@ -68,7 +68,7 @@ class SynchronousMotions:
 
     @classmethod
     def of(cls, machine: Machine, senses: Mapping[str, float] | None = None) -> SynchronousMotions:
-        """Those of a machine; senses: by default as its drives would have them."""
+        """Synchronous motions of a machine; senses: by default those of its drives."""
         turn = {b.name: sense_of(machine, b) for b in machine.bodies} if senses is None else dict(senses)
         try:
             return cls(without_contacts(machine), turn, RelativeEquilibria.of(machine, turn), "")
@@ -81,10 +81,10 @@ class SynchronousMotions:
         return compile_system(replace(self.machine.system, outputs=(), quadratures=()))
 
     def near(self, start: np.ndarray, speed: float, neutral: int = 0, left_open: int = 0) -> SynchronousMotion:
-        """The motion near a state (n,) of the machine's equations at a speed of the main rotor, in its own sense.
+        """The motion near a state (n,) of the machine's equations at a speed of the main rotor, in its sense.
 
-        neutral: in how many directions there are others of a family. left_open: along how many of them an orbit may creep,
-        where something small breaks the family. Raises ``WuchtError`` where none is found.
+        neutral: dimension of the family. left_open: number of its directions along which an orbit may creep, where a small
+        effect breaks the family. Raises ``WuchtError`` where there is none.
         """
         if self.relative is None:
             orbit = self.orbit(start, speed, left_open)
@@ -93,7 +93,7 @@ class SynchronousMotions:
         found = self.relative.near(self.relative.turned(start), neutral)
         turn = abs(found.speed)
         if not turn:
-            raise RunError("no steady rotation was found: the nearest equilibrium is one at rest")
+            raise RunError("there is no steady rotation here: the nearest equilibrium is at rest")
         exponents = found.exponents - 1j * turn * np.round(found.exponents.imag / turn)
         angle = float(start[self.machine.row(self.machine.rotor.coordinate.position)])
         state = self.relative.fixed(found.state, angle)
@@ -102,10 +102,10 @@ class SynchronousMotions:
     def along(
         self, parameter: str, bounds: tuple[float, float], near: SynchronousMotion, steps: Steps | None = None
     ) -> tuple[Cycles, Cycle]:
-        """The branch of the same as periodic orbits, over a parameter (its path), and its first orbit: near one of them.
+        """The branch of synchronous motions as periodic orbits, over a parameter (its path), and its first orbit.
 
-        bounds: lowest and highest value. Relative equilibria have a cheaper way (``RelativeEquilibria.along``). Raises
-        ``InputError`` for an unknown parameter or a machine whose period is given, ``RunError`` where no orbit is found.
+        bounds: lowest and highest value. near: one of the motions. For relative equilibria ``RelativeEquilibria.branches_over``
+        is cheaper. Raises ``InputError`` for an unknown parameter or a prescribed period, ``RunError`` where there is no orbit.
         """
         machine, system = self.machine, replace(self.machine.system, outputs=(), quadratures=())
         if parameter not in system.parameter_names:
@@ -114,10 +114,10 @@ class SynchronousMotions:
             )
         prescribed = [b.name for b in machine.rotors if b.coordinate.prescribed is not None]
         if prescribed:
-            raise InputError("machine", None, f"the speed of {prescribed[0]} is prescribed: the period is given, not found")
+            raise InputError("machine", None, f"the speed of {prescribed[0]} is prescribed: the period is not an unknown")
         run = integrate(self.flow, near.state, machine.values, np.linspace(0.0, near.period, _SAMPLES + 1)).uninterrupted()
         if run.failure is not None:
-            raise RunError(f"no orbit was found: {run.failure}")
+            raise RunError(f"there is no orbit: {run.failure}")
         turning = {system.state_names[machine.row(b.coordinate.position)]: round(self.senses[b.name]) for b in machine.bodies}
         sizes = np.ptp(run.states, axis=1)
         speed = 2 * np.pi / near.period
@@ -129,7 +129,7 @@ class SynchronousMotions:
         return cycles, cycle_near(cycles, run.time, run.states, machine.values[parameter])
 
     def orbit(self, start: np.ndarray, speed: float, left_open: int = 0) -> PeriodicOrbit:
-        """The same as a periodic orbit of the machine's own equations, whatever the machine: all angles wind once round."""
+        """The motion as a periodic orbit of the machine's equations, for any machine: all angles wind once round."""
         rows = {b.name: self.machine.row(b.coordinate.position) for b in self.machine.bodies}
         advance = np.zeros(len(self.machine.state_names))
         for name, row in rows.items():

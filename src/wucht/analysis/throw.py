@@ -1,7 +1,7 @@
-"""How a carrier throws what lies on it: stroke, direction, acceleration, and the numbers by which vibratory machines are named.
+"""Throw of a vibrating carrier: stroke, direction, acceleration, and the characteristic numbers of vibratory machines.
 
 The machine number K = a omega^2/g is the largest acceleration over that of gravity; the throw number Gamma is that normal to
-the deck, over the part of gravity that presses on it: where it exceeds 1, loose material leaves the deck.
+the deck, over the component of gravity normal to it: where it exceeds 1, loose material leaves the deck.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _SHORT = 1e-2  # of the median step of samples
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
 
 
-NUMBERS = {  # of ``Throw.numbers``: what each is, and its unit
+NUMBERS = {  # of ``Throw.numbers``: long name and unit of each
     "stroke": ("peak to peak in the direction of the largest motion", "m"),
     "throw_direction": ("direction of the largest motion, from +x", "rad"),
     "throw_ratio": ("motion across over motion along", ""),
@@ -33,7 +33,7 @@ class Throw:
     """The motion of a point in its plane. SI.
 
     stroke: peak to peak in the direction of the largest motion; direction: its angle from +x, counter-clockwise, in (-pi/2,
-    pi/2]; across: peak to peak normal to it. acceleration: the largest. normal: the largest normal to the deck, None without.
+    pi/2]; across: peak to peak normal to it. acceleration: the largest. normal: the largest normal to a deck, or None.
     """
 
     stroke: float
@@ -44,7 +44,7 @@ class Throw:
 
     @classmethod
     def harmonic(cls, z: np.ndarray, speed: float, deck: float | None = None) -> Throw:
-        """Of the ellipse x, y = Re[z exp(i speed t)], z complex (2,). deck: its inclination to +x in rad."""
+        """Throw of the ellipse x, y = Re[z exp(i speed t)], z complex (2,). deck: its inclination to +x in rad."""
         forward, backward = (z[0] + 1j * z[1]) / 2, (z[0] - 1j * z[1]) / 2
         major, minor = abs(forward) + abs(backward), abs(abs(forward) - abs(backward))
         direction = (np.angle(forward) - np.angle(backward)) / 2
@@ -53,9 +53,9 @@ class Throw:
 
     @classmethod
     def sampled(cls, time: np.ndarray, place: np.ndarray, velocity: np.ndarray, deck: float | None = None) -> Throw:
-        """Of a motion by samples: time (N,), at least three; place and velocity (2, N).
+        """Throw of a sampled motion: time (N,), at least three samples; place and velocity (2, N).
 
-        Between samples it is found to the fourth order of their distance.
+        Between samples it is interpolated to the fourth order of their distance.
         """
         time, place, velocity = _apart(time, place, velocity)
         along = _main_axis(place)
@@ -80,7 +80,7 @@ class Throw:
 
     @property
     def numbers(self) -> dict[str, float | None]:
-        """As a summary has them."""
+        """Numbers of the summary, by key."""
         return {
             "stroke": self.stroke,
             "throw_direction": self.direction if self.stroke else None,
@@ -90,7 +90,7 @@ class Throw:
         }
 
     def throw_number(self, deck: float) -> float | None:
-        """Gamma, the largest acceleration normal to the deck over the part of gravity that holds the material on it."""
+        """Gamma, the largest acceleration normal to the deck over the component of gravity normal to it."""
         return None if self.normal is None else self.normal / (GRAVITY * math.cos(deck))
 
 
@@ -104,8 +104,8 @@ def _line(angle: float) -> float:
 
 
 def steady_throw(machine: Machine, forced: Forced, speed: float) -> Throw | None:
-    """Of the carrier's centre of mass in the forced vibration at a speed; None for a carrier without units, that does not
-    translate, or at a resonance that nothing damps."""
+    """Throw of the carrier's centre of mass in the forced vibration at a speed; None for a carrier without units or one that
+    does not translate, and at an undamped resonance."""
     if machine.dimensionless or not {"x", "y"} & set(machine.free_labels):
         return None
     with np.errstate(all="ignore"):
@@ -122,7 +122,7 @@ def largest_of(vector: np.ndarray) -> float:
 def _ways(vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions along which a vector (2, N) is the largest: its main axis, and that of the largest sample.
 
-    Its components there swing half as fast as its magnitude does, so that as many samples show more of them.
+    Its components there oscillate half as fast as its magnitude, so that they are better resolved by the samples.
     """
     most = vector[:, int((vector**2).sum(axis=0).argmax())]
     size = float(np.hypot(*most))
@@ -149,7 +149,7 @@ def _largest(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
 
 
 def _apart(time: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Without samples that follow one another at once, as at the end of a leg: their difference is rounding."""
+    """Samples without those that repeat a time, as at the end of a leg: their difference is rounding."""
     steps = np.diff(time)
     keep = np.concatenate([[True], steps > _SHORT * np.median(steps)])
     return time[keep], place[:, keep], velocity[:, keep]

@@ -1,4 +1,4 @@
-"""How long transients of a machine last: the decay of its slowest vibration and slip, and the run-up."""
+"""Durations of transients of a machine: the decay of its slowest vibration and slip, and the run-up."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque, rotor_inertia
 from wucht.numerics.flow.program import Evaluator
 
-_NEARLY, _POINTS = 0.005, 200  # of the free speed: a run-up is over there
+_NEARLY, _POINTS = 0.005, 200  # of the free speed: distance at which a run-up ends
 _RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 _STEP = 1e-5  # of the speed
 _NONE = 1e-6  # of the speed: a rate below it is no decay
 
 
 def slowest_decay(machine: Machine, speed: float) -> float:
-    """In what time the slowest disturbance that falls at all falls by the factor e; 0 where there is none.
+    """Time constant of the slowest decaying disturbance (decay by the factor e); 0 where there is none.
 
     It is a free vibration of the carrier, or the slip of a body while the others turn at a speed.
     """
@@ -26,7 +26,7 @@ def slowest_decay(machine: Machine, speed: float) -> float:
 
 
 def vibration_decay(machine: Machine) -> float:
-    """In what time the slowest free vibration of the carrier that falls at all falls by the factor e; 0 where there is none."""
+    """Time constant of the slowest decaying free vibration of the carrier (decay by the factor e); 0 where there is none."""
     poles = Vibration.of(machine).poles
     return 1 / float((-poles.real[-poles.real > _NONE * np.abs(poles)]).min(initial=math.inf))
 
@@ -51,9 +51,9 @@ def _slip_rates(machine: Machine, speed: float) -> np.ndarray:
 
 
 def run_up_time(machine: Machine, speed: float) -> float:
-    """How long the main rotor takes from a speed to its free speed, or to where it runs away, without vibration.
+    """Time that the main rotor takes from a speed to its free speed, or to the runaway limit, without vibration.
 
-    0 if it does not get there.
+    0 if it does not reach that.
     """
     rotor = machine.rotor
     if rotor.coordinate.prescribed is not None:
@@ -68,7 +68,7 @@ def run_up_time(machine: Machine, speed: float) -> float:
 
 
 def runaway_limit(machine: Machine) -> float | None:
-    """Where a run ends whose drive meets no load that could hold it, in rad/s; None for all other machines.
+    """Speed in rad/s at which a run ends whose drive meets no sufficient load; None for all other machines.
 
     Such are a series motor without load, 002 (2.105), and a constant torque without losses.
     """
@@ -80,5 +80,5 @@ def runaway_limit(machine: Machine) -> float | None:
 
 
 def highest_speed(machine: Machine) -> float:
-    """Beyond it nothing of interest happens any more, in rad/s; without limit where time has no unit."""
+    """Speed in rad/s above all resonances, where a run may end; infinite where time has no unit."""
     return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY]) if machine.units.time else math.inf

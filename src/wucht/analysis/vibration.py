@@ -1,12 +1,12 @@
-"""Forced vibration at a steady speed in closed form, and what it does to the rotation: harmonic influence coefficients.
+"""Forced vibration at a steady speed in closed form, and its effect on the rotation: harmonic influence coefficients.
 
 With D(w) = K - w^2 M + i w C and the force F = sum_k U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)],
 D z = w^2 F; then D z' = 2 w F - D' z. It takes the power w^2 z^H C z / 2 out of the rotation: the vibration torque is
 w z^H C z / 2. For one rotor on an isotropic carrier this is the second term of 002 (3.67).
 
 Forced vibration: 002 (2.74)-(2.79) for any linear carrier.
-All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k), at fixed phases or at those that belong to
-the speed.
+All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k), at fixed phases or at phases that
+depend on the speed.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from wucht.machines.parts.base import Body
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros_and_peaks import crossings
 
-CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
-_BEYOND = 10.0  # times the highest natural frequency there are no maxima any more
+CANCELLED = 1e-12  # share of the bodies' unbalances that remains where they cancel
+_BEYOND = 10.0  # times the highest natural frequency: there are no maxima above
 WithSlope = tuple[np.ndarray, np.ndarray]  # a function of the speed, and its derivative
 UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
 Placed = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray | None]]
@@ -108,7 +108,7 @@ class Vibration:
     def at_once(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and velocities (m,) of the steady vibration at one moment.
 
-        speeds, phases: of the bodies (n,) then, counted in their senses; each keeps a speed of its own.
+        speeds, phases: of the bodies (n,) at that moment, positive in their senses; speeds may differ.
         """
         each = np.array([self.only([k]).response(speeds[[k]], phases[[k]])[0][0] for k in range(len(phases))])
         return each.sum(axis=0).real, (1j * speeds @ each).real
@@ -120,7 +120,7 @@ class Vibration:
         return w * square / 2, square / 2 + w * cross
 
     def last_maximum(self, below: float | None, phases: np.ndarray) -> float | None:
-        """The speed of the last maximum of the vibration torque below a speed (None: of all), None if it has none there."""
+        """The speed of the last maximum of the vibration torque below a speed (None: of all), None if there is none."""
         if not len(self.mass):
             return None
         natural = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))))
@@ -133,9 +133,9 @@ class Vibration:
 
 
 def unbalances(machine: Machine) -> np.ndarray:
-    """The unbalance of each turning body (n,), complex in its own frame, in kg m; of a couple unbalance in kg m^2.
+    """The unbalance of each turning body (n,), complex in the body's frame, in kg m; of a couple unbalance in kg m^2.
 
-    A body's own unbalance is real; pivots off the axis and sliders add to that of the body they turn with.
+    The unbalance of a single body is real; pivots off the axis and sliders add to that of the body they turn with.
     """
     parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
     if not parts:  # a dimensionless machine
@@ -150,14 +150,14 @@ def unbalances(machine: Machine) -> np.ndarray:
 
 
 def moments_along_guides(machine: Machine) -> np.ndarray:
-    """By how much the unbalance of each turning body (n,) grows with the displacement of the mass that slides in it, in kg."""
+    """Derivative of the unbalance of each turning body (n,) by the displacement of the mass that slides in it, in kg."""
     parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
     moments = [parts[b.name].moment_along_guide() if parts else sp.S.Zero for b in machine.bodies]
     return np.array(machine.evaluate(*moments), float)
 
 
 def unbalance_scale(machine: Machine, rotor: RotatingBody) -> float:
-    """What shares of an unbalance refer to: the rotor's own; without it the largest that a body about it has, or can have."""
+    """Reference of unbalance shares: the rotor's unbalance; without it the largest that a body about it has, or can have."""
     own, group = dict(zip(machine.bodies, unbalances(machine), strict=True)), machine.group(rotor)
     if own[rotor]:
         return float(abs(own[rotor]))
@@ -170,10 +170,10 @@ def unbalance_scale(machine: Machine, rotor: RotatingBody) -> float:
 class Forced:
     """The vibration of a machine at phases alpha_k.
 
-    placed: these (n, N) and their derivatives as a function of speeds (N,), not numbers where there are none; or the same (n,)
-    at all speeds. axis: (2, m), x and y of the main rotor's axis for each free coordinate of the carrier (of a carrier that
-    only turns its angle and nothing). sense: of the main rotor. Functions of the speed take (N,) and return values with their
-    slopes.
+    phase_law: alpha (n, N) and its derivatives as a function of speeds (N,), NaN where there are none; or constant alpha
+    (n,). axis: (2, m), x and y of the main rotor's axis for each free coordinate of the carrier (of a carrier that
+    only rotates, its angle and zero). sense: of the main rotor. Functions of the speed take (N,) and return values with
+    their slopes.
     """
 
     vibration: Vibration
@@ -197,7 +197,7 @@ class Forced:
         return cls(vibration, senses * angles, axis, float(senses[main]))
 
     def phases(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """alpha (n,) or (n, N), and by what they change with the speed."""
+        """alpha (n,) or (n, N), and their derivatives by the speed."""
         return (self.placed, None) if isinstance(self.placed, np.ndarray) else self.placed(speeds)
 
     def force(self, speeds: np.ndarray) -> np.ndarray:
@@ -229,7 +229,7 @@ class Forced:
     def centre(self, speeds: np.ndarray, eccentricity: float, angle: float) -> np.ndarray:
         """The largest distance (N,) of a centre of mass from the axis' static position: 002 figure 2.18.
 
-        It is carried by the main rotor at an eccentricity; angle: of the main rotor, absolute.
+        The centre of mass is on the main rotor at an eccentricity; angle: of the main rotor, absolute.
         """
         arm = eccentricity * np.exp(1j * self.sense * angle)
         offset = np.array([arm, -1j * self.sense * arm])
@@ -240,10 +240,10 @@ class Forced:
         return self.vibration.torque(speeds, *self.phases(speeds))
 
     def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
-        """That on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
+        """The vibration torque on some bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
         e = self.vibration.excitation
         if not np.delete(e, list(members), axis=0).any():
-            return self.torque(speeds)  # the same, without the difference of large numbers
+            return self.torque(speeds)  # the same, without cancellation
         w, (z, dz), (phases, turning) = np.asarray(speeds, float), self.displacement(speeds), self.phases(speeds)
         own, at = self.vibration.only(members), list(members)
         conjugate = own.force(phases[at]).conj()
@@ -254,7 +254,7 @@ class Forced:
 
     @cached_property
     def poles(self) -> np.ndarray:
-        """The poles of the carrier that vibrate, in the upper half plane: damping and frequency, equal ones once."""
+        """The oscillatory poles of the carrier, in the upper half plane: damping and frequency, equal ones once."""
         every, distinct = self.vibration.poles, list[complex]()
         for pole in every[every.imag > UNDAMPED * np.abs(every).max(initial=0.0)]:
             if not any(abs(pole - other) < _EQUAL * abs(pole) for other in distinct):
@@ -262,7 +262,7 @@ class Forced:
         return np.array(distinct)
 
     def grid(self, low: float, high: float, points: int) -> np.ndarray:
-        """Speeds (N,) from low to high, evenly spaced and denser at the resonances, as their widths ask for."""
+        """Speeds (N,) from low to high, evenly spaced and denser at the resonances, according to their widths."""
         pieces = [np.linspace(low, high, points)]
         for pole in self.poles:
             frequency = abs(pole)
@@ -279,6 +279,6 @@ class Forced:
 
     @staticmethod
     def grows(curve: Callable[[np.ndarray], WithSlope], speed: float) -> bool:
-        """Whether the magnitude of a curve grows without bound towards a speed."""
+        """True if the magnitude of a curve grows without bound towards a speed."""
         near, far = np.abs(curve(speed * np.array([1 + 1e-7, 1 + 1e-4]))[0])
         return bool((near > 100 * far).any())

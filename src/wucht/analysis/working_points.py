@@ -1,4 +1,4 @@
-"""What drives a rotor and what brakes it over its speed, and its steady speeds: 002 (3.51), figure 3.2b."""
+"""Driving and braking torques of a rotor over its speed, and its steady speeds: 002 (3.51), figure 3.2b."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from wucht.numerics.zeros_and_peaks import crossings
 _NO_DECAY = 1e-6  # of its frequency: a rate below it is rounding
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 DescribedT = TypeVar("DescribedT", bound=Described)
-TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has an extremum so small, they touch
-_CROSSING = 1e-6  # of the torques: what is left at a root; more is left at a pole of the vibration
-_AROUND = 1e-3  # of the largest speed: how far around a working point torques are compared with
-_BESIDE = 1e-9  # of the largest speed: how near to a jump of the drive's torque is looked
-_FAST = 1e9  # rad/s: a torque left at all speeds up to this meets no load
+TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has so small an extremum, they touch
+_CROSSING = 1e-6  # of the torques: residual at a root; it is larger at a pole of the vibration
+_AROUND = 1e-3  # of the largest speed: neighbourhood of a working point whose torques are the scale
+_BESIDE = 1e-9  # of the largest speed: distance of samples from a jump of the drive's torque
+_FAST = 1e9  # rad/s: a net torque at all speeds up to this means a runaway
 
 
 def curves(machine: Machine, torques: Sequence[sp.Expr]) -> Curve:
@@ -46,7 +46,7 @@ def curves(machine: Machine, torques: Sequence[sp.Expr]) -> Curve:
 
 
 def dry_friction(machine: Machine) -> tuple[float, float]:
-    """What all loads of dry friction take at any speed, in N m, and the highest speed in rad/s of their smooth transitions."""
+    """Torque in N m of all dry friction loads at any speed, and the highest speed in rad/s of their smooth transitions."""
     measured = [(load.friction(), load.transition_speed) for load in machine.parts if isinstance(load, TableLoad)]
     dry = [(load.level, load.transition_speed) for load in machine.parts if isinstance(load, CoulombLoad)]
     there = [(torque, speed) for torque, speed in (*dry, *measured) if torque > 0]
@@ -61,7 +61,7 @@ def energy_scale(machine: Machine) -> float:
 
 
 def only_braked(machine: Machine, fastest: float) -> bool:
-    """Whether swings of all rotors with speeds up to that can only lose energy: nothing but constant torques drives them.
+    """True if oscillations of all rotors with speeds up to ``fastest`` only lose energy: only constant torques drive them.
 
     The carrier is not shaken, no speed is prescribed, all free vibrations and balancing bodies are damped, and the torque on
     each shaft, less what it is at rest, acts against every speed.
@@ -75,9 +75,9 @@ def only_braked(machine: Machine, fastest: float) -> bool:
 
 
 def torque_surplus(machine: Machine, vibration: Vibration, phases: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-    """What the torque on the main shaft exceeds that of a vibration by at steady speeds (N,), positive in its drive's sense.
+    """Excess (N,) of the torque on the main shaft over the vibration torque at steady speeds, positive in the drive's sense.
 
-    phases: of the bodies that excite it, (n,).
+    phases: of the bodies that excite the vibration, (n,).
     """
     torque = net_torque(machine, machine.rotor)
     sense = math.copysign(1.0, torque(0.0))
@@ -86,7 +86,7 @@ def torque_surplus(machine: Machine, vibration: Vibration, phases: np.ndarray, s
 
 
 def swing_frequency(machine: Machine) -> float:
-    """The angular frequency at which the unbalanced bodies swing in the carrier's gravity, all alike; 0 without it."""
+    """The angular frequency at which the unbalanced bodies oscillate together under gravity; 0 without gravity."""
     gravity = machine.values.get("carrier.gravity", 0.0)
     if not gravity:
         return 0.0
@@ -116,7 +116,7 @@ class WorkingPoint:
 class TorqueCurves:
     """The torques on a rotor's shaft over its speed, signed.
 
-    forced: the vibration, of all bodies turning as fast as the rotor, not numbers where there is none. range: of the speed, in
+    forced_vibration: of all bodies turning as fast as the rotor, NaN where there is none. range: of the speed, in
     rad/s. points: evenly spaced over it.
     """
 
@@ -133,14 +133,14 @@ class TorqueCurves:
 
     @cached_property
     def drives(self) -> list[Drive]:
-        """On the rotor and what turns with it, with the parameters' present values."""
+        """Drives on the rotor and the bodies that turn with it, with the current parameter values."""
         names = {b.name for b in self.machine.group(self.rotor)}
         return [_present(d, d.path, self.machine.values) for d in self.machine.drives if d.on in names]
 
     def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
+        """Torques of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
 
-        The first is counted in the direction of positive speeds, the others against it.
+        The first is positive in the direction of positive speeds, the others against it.
         """
         sense = sense_of(self.machine, self.rotor)  # the vibration is that of all bodies turning in their senses
         members = [self.machine.bodies.index(b) for b in self.machine.group(self.rotor)]
@@ -148,7 +148,7 @@ class TorqueCurves:
         return np.vstack([shaft, sense * vibration]), np.vstack([shaft_slope, slope])
 
     def surplus(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What drive leaves over load and vibration (N,), in the direction of positive speeds, and its slope."""
+        """Excess (N,) of the drive over load and vibration, in the direction of positive speeds, and its slope."""
         (d, x, v), (dd, dx, dv) = self.torques(speeds)
         return d - x - v, dd - dx - dv
 
@@ -182,14 +182,14 @@ class TorqueCurves:
 
     @cached_property
     def _held(self) -> list[float]:
-        """The set speeds in the range at which the torque that is needed is within the drive's limits."""
+        """The set speeds in the range at which the required torque is within the drive's limits."""
         low, high = self.range
         inside = [w for w in self._set_speeds if low < w < high]
         return [w for w in inside if (np.sign(self.surplus(self._beside(w))[0]) == (1, -1)).all()]
 
     @cached_property
     def working_points(self) -> list[WorkingPoint]:
-        """All of them, in increasing order of the speed."""
+        """All working points, in increasing order of the speed."""
         grid, ends = self.grid, self.grid[[0, -1]]
         roots = np.unique([*crossings(lambda w: self.surplus(w)[0], grid), *ends[self.surplus(ends)[0] == 0]])
         roots = roots[~np.isin(roots, self._set_speeds)]
@@ -204,14 +204,14 @@ class TorqueCurves:
         return sorted([*found, *map(self._held_point, self._held)], key=lambda point: point.speed)
 
     def _share(self, speeds: np.ndarray) -> np.ndarray:
-        """The magnitude (N,) of the surplus, of the torques around there of which it is the difference."""
+        """The magnitude (N,) of the surplus relative to the torques around, of which it is the difference."""
         around = speeds[:, None] + np.array([0.0, -_AROUND, _AROUND]) * max(map(abs, self.range))
         torques = self.torques(around.ravel())[0].reshape(3, *around.shape)
         left, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
         return np.asarray(np.divide(left, scale, out=np.zeros_like(left), where=scale > 0))
 
     def point(self, speed: float, stable: bool, tangential: bool = False) -> WorkingPoint:
-        """That at a speed which is known to be one."""
+        """The working point at a speed that is known to be steady."""
         torque, rise = (float(x[0, 0]) for x in self._shaft(np.array([speed])))
         synchronous = next((w for d in self.drives if (w := d.reduced_synchronous_speed()) is not None), None)
         no_load = speed - torque / rise if rise else math.copysign(math.inf, torque)
@@ -219,7 +219,7 @@ class TorqueCurves:
         return WorkingPoint(speed, torque, stable and not tangential, tangential, -rise, no_load, slip)
 
     def _held_point(self, speed: float) -> WorkingPoint:
-        """At a set speed: the torque is what load and vibration take, and the characteristic an upright line."""
+        """Working point at a set speed: the torque is that of load and vibration, and the characteristic is vertical."""
         _, load, vibration = self.torques(np.array([speed]))[0][:, 0].tolist()
         return WorkingPoint(speed, load + vibration, True, False, math.inf, speed, None)
 
@@ -230,7 +230,7 @@ class TorqueCurves:
 
     @property
     def runaway(self) -> bool:
-        """Whether the drive's torque exceeds the load at every speed, without vibration: the series motor, 002 (2.105)."""
+        """True if the drive's torque exceeds the load at every speed, without vibration: the series motor, 002 (2.105)."""
         fast = np.concatenate([[0.0], np.geomspace(1e-3, _FAST, 400)])
         torques = (sense * self._shaft(sense * fast)[0] for sense in (1, -1))
         exceeds = any(bool((drive - losses > 0).all()) for drive, losses in torques)
@@ -238,7 +238,7 @@ class TorqueCurves:
 
 
 def _present(described: DescribedT, path: str, values: Mapping[str, float]) -> DescribedT:
-    """A part, or a table in one, with the values that its parameters have."""
+    """A part, or a table in one, with the current values of its parameters."""
     pairs = [(key, f"{path}.{key}", given) for key, given in described]
     changed = {k: _present(x, p, values) if isinstance(x, Described) else values.get(p, x) for k, p, x in pairs}
     return described.model_copy(update=changed)

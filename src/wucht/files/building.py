@@ -28,7 +28,7 @@ MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedule
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
     """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere.
 
-    The name of several equal bodies sets all of them, and their ``count``; that of one sets it alone, in a table of its own.
+    The name of several equal bodies sets all of them, and their ``count``; that of one sets it alone, in a separate table.
     """
     document = copy.deepcopy(document)
     for path, value in of_all_first(document, flatten(settings)).items():
@@ -60,7 +60,7 @@ def shaft_paths(group: str, shafts: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def _tables(document: Document, key: str) -> list[Document]:
-    """The tables of bodies or attachments, as far as they are tables: what is wrong in them is reported when they are read."""
+    """The tables of bodies or attachments, as far as they are tables: other faults are reported when they are read."""
     tables = document.get(key)
     return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
 
@@ -101,7 +101,7 @@ _INSTEAD = {
 def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str, cls: type[BaseModel] | None) -> None:
     """Walk down tables, numbered lists of tables and pairs, and set the last key. cls: of the part, if its kind is known.
 
-    A table that the part may have, and has not, is made: what is needed in it and not set is said when it is read.
+    A missing optional table is created: keys that it requires are checked when it is read.
     """
     while len(inner) > 1 and isinstance(target, dict):
         inside = None if cls is None else _optional_table(cls, inner[0])
@@ -125,7 +125,7 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str,
             where, value, f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}", code="unknown-parameter"
         )
     for other in _INSTEAD.get(inner[0], ()):
-        target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
+        target.pop(other, None)  # two ways to give one quantity: the one that is set replaces the other
     target[inner[0]] = value
 
 
@@ -135,7 +135,7 @@ def _keys_in(described: Document, cls: type[BaseModel] | None) -> Iterable[str]:
 
 
 def _optional_table(cls: type[BaseModel], key: str) -> type[BaseModel] | None:
-    """The table that may be given under a key of another one, None where something else stands there."""
+    """The table that may be given under a key of another one, None where the key is not a table."""
     field = fields_of(cls, given=True).get(key)
     forms = () if field is None else get_args(field.annotation) or (field.annotation,)
     return next((form for form in forms if [form] == models_in(form)), None)
@@ -197,7 +197,7 @@ def _from_parts(document: Document, title: str) -> Machine:
 
 
 def _named(document: Document, key: str, kinds: Mapping[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
-    """The bodies or attachments in ``[[machine.KEY]]``, and the places of all by path, seen from ``machine``."""
+    """The bodies or attachments in ``[[machine.KEY]]``, and their places in the file by path, relative to ``machine``."""
     tables = document.get(key, [])
     if not isinstance(tables, list) or not all(isinstance(described, dict) for described in tables):
         raise InputError(f"machine.{key}", tables, f"must be tables: [[machine.{key}]]")
@@ -210,7 +210,7 @@ def _named(document: Document, key: str, kinds: Mapping[str, type[Any]]) -> tupl
 
 
 def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
-    """Drives or loads, and the places of all by path, seen from ``machine``."""
+    """Drives or loads, and their places in the file by path, relative to ``machine``."""
     tables = shaft_tables(document, group)
     places = [group if group in document else f"{group}s[{i}]" for i in range(len(tables))]
     shafts = [_of_kind(kinds, t, f"machine.{place}") for t, place in zip(tables, places, strict=True)]
@@ -224,7 +224,7 @@ def _of_kind(kinds: Mapping[str, type[Any]], described: Document, where: str) ->
 
 
 def _built(document: Document, *parts: Any, places: Mapping[str, str], **others: Any) -> Machine:
-    """The machine of these parts. Raises ``InputError``, seen from the file: at the places of parts, not at their paths."""
+    """The machine of these parts. Raises ``InputError`` located in the file: at the places of parts, not at their paths."""
     try:
         return Machine(*parts, schedules=document.get("schedules", ()), **others)
     except InputError as error:

@@ -21,7 +21,7 @@ T = TypeVar("T")
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
 ABOUT = ("title", "source", "notes", "study")
 TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed", "shaft")
-# Keys that are written above their table by mistake.
+# Keys that may be written above their table by mistake.
 _INSIDE = dict.fromkeys(MACHINE_KEYS, "machine") | dict.fromkeys(("kind", "until", "settled", "start"), "study")
 
 
@@ -31,7 +31,7 @@ def names() -> list[str]:
 
 
 def short_name(path: Path) -> Path:
-    """What a file is called where it is not needed where it lies: its catalogue name, else its own without the ending."""
+    """Short name of a file, independent of its folder: its catalogue name, else its name without the ending."""
     own = path.resolve()
     if own.is_relative_to(FOLDER):
         return own.relative_to(FOLDER).with_suffix("")
@@ -48,7 +48,7 @@ def locate(name: str, beside: Path | None = None) -> Path:
         if name.removesuffix(".toml") in known:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
-            raise InputError.of_file(direct, "this is no file; needed is a study file or a catalogue name")
+            raise InputError.of_file(direct, "this is no file; a study file or a catalogue name is needed")
     except (OSError, ValueError) as error:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
@@ -62,7 +62,7 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
     document = read_toml(path)
     try:
         for key in (k for k in document if k not in TOP_LEVEL and k in _INSIDE):
-            raise InputError(key, document[key], f"this key stands in the table [{_INSIDE[key]}]")
+            raise InputError(key, document[key], f"this key belongs in the table [{_INSIDE[key]}]")
         refuse_unknown(document, TOP_LEVEL, "")
         for key in ("title", "source", "notes"):
             text(document, key, "")
@@ -72,12 +72,12 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
 
 
 def used_table(document: Document, path: Path, key: str) -> tuple[Document, Document]:
-    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved, and what is set beyond its title.
+    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved, and the settings beyond its title.
 
-    Its title is its own, else that of its file, else that of what it uses; none where none of them has one. What tables set
-    up to that which has the title is merged into its ``set``; the rest, which the title does not know, is given beside it.
-    Schedules that a machine adds to the one it uses come before those of that one, and replace those of the same parameters.
-    Raises ``InputError``, which names the file if it is not this one.
+    The title is that of the table, else of its file, else of the table it uses; none where none of them has one. Settings of
+    tables up to the one with the title are merged into its ``set``; the others, which the title does not cover, are returned
+    beside it. Schedules that a machine adds to the one it uses come before those of that one, and replace those of the same
+    parameters. Raises ``InputError``, which names the file if it is not this one.
     """
     seen, settings, titles, added = [path.resolve()], list[Document](), list[Any](), list[list[Document]]()
     used: Path | None = path
@@ -102,7 +102,7 @@ def used_table(document: Document, path: Path, key: str) -> tuple[Document, Docu
 
 
 def _added_schedules(described: Document) -> list[Document]:
-    """The schedules taken out of a table that uses another. Raises ``InputError`` if they are no tables."""
+    """Remove the schedules from a table that uses another. Raises ``InputError`` if they are not tables."""
     given = described.pop("schedules", [])
     if not isinstance(given, list) or not all(isinstance(s, dict) for s in given):
         raise InputError("machine.schedules", given, "must be tables: [[machine.schedules]]")
@@ -110,10 +110,10 @@ def _added_schedules(described: Document) -> list[Document]:
 
 
 def _with_schedules(described: Document, added: Sequence[Sequence[Document]]) -> Document:
-    """The machine with schedules of files that use each other, the first of which count most."""
+    """The machine with schedules of files that use each other; those of the first take precedence."""
     for of_file in (s for s in reversed(added) if s):
         own, before = [s.get("parameter") for s in of_file], described.get("schedules", [])
-        if isinstance(before, list):  # what else it is, is refused when the machine is built
+        if isinstance(before, list):  # anything else is refused when the machine is built
             described = described | {"schedules": [*of_file, *(s for s in before if _parameter(s) not in own)]}
     return described
 
@@ -123,12 +123,12 @@ def _parameter(schedule: Any) -> Any:
 
 
 def _merged(settings: Sequence[Document]) -> Document:
-    """The settings of tables that use each other, the first of which counts most."""
+    """The settings of tables that use each other; those of the first take precedence."""
     return {name: value for level in reversed(settings) for name, value in level.items()}
 
 
 def _with_changes(described: Document, changes: Document, change: Callable[[Document, Document], Document]) -> Document:
-    """The table with values changed, and a title that says so. Raises ``InputError``."""
+    """The table with values changed, and a title that states them. Raises ``InputError``."""
     changed, differing = described, Document()
     for path, value in changes.items():
         before, changed = changed, change(changed, {path: value})
@@ -137,11 +137,11 @@ def _with_changes(described: Document, changes: Document, change: Callable[[Docu
 
 
 def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Path:
-    """The file that a table uses; seen: those that led here, to notice when they use each other in a circle."""
+    """The file that a table uses; visited_paths: the files that led here, to detect a cycle."""
     extra = sorted(set(described) - {"use", "title"})
     if extra:
         allowed = "set, schedules and title" if key == "machine" else "set and title"
-        raise InputError(f"{key}.{extra[0]}", None, f"not allowed beside use; allowed there are {allowed}")
+        raise InputError(f"{key}.{extra[0]}", None, f"not allowed beside use; allowed are {allowed}")
     name = text(described, "use", key) or ""
     try:
         used = locate(name, path.parent)
@@ -179,7 +179,7 @@ def machine_of(document: Document, path: Path, name: str, settings: Mapping[str,
 
 
 def equations_of(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[OwnEquations, Document]:
-    """The same of a table ``[system]``."""
+    """The equations of a document, and its table ``[system]`` as it is built."""
     return _at_fault(_equations, "system", document, path, name, settings)
 
 
@@ -201,7 +201,7 @@ def _at_fault(
     name: str,
     settings: Mapping[str, Any],
 ) -> T:
-    """What is built of a document. An ``InputError`` is told at the innermost file behind ``use`` that has it by itself."""
+    """Build from a document. An ``InputError`` is located at the innermost file behind ``use`` that has it by itself."""
     try:
         return build(document, path, name, settings)
     except InputError as error:
@@ -239,7 +239,7 @@ def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnE
 
     Returns
     -------
-    OwnEquations
+    UserSystem
 
     Raises
     ------
@@ -282,7 +282,7 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
 
 
 def _loaded(name: str, build: Callable[[Document, Path], T]) -> T:
-    """What is built of a document; errors name its file."""
+    """Build from the document of a name; errors name its file."""
     document, path = load_document(name)
     try:
         return build(document, path)

@@ -1,4 +1,4 @@
-"""Documents, nested dictionaries of TOML files: read, values addressed by path, and a title that speaks of what was set."""
+"""Documents, nested dictionaries of TOML files: read, values addressed by path, and a title that states changed values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 from wucht.errors import InputError
 
 Document = dict[str, Any]
-DEEPEST = 40  # tables and lists within each other
+DEEPEST = 40  # nested tables and lists
 _LONG_NUMBER = re.compile(r"\d[\d_]{4000}")
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
 _MOST = 3  # values named one by one
@@ -22,11 +22,11 @@ _MOST = 3  # values named one by one
 def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
     """The text of a file, without the byte order mark that some editors put before it.
 
-    missing: the sentence where there is none. Raises ``InputError`` for one that cannot be read.
+    missing: the sentence for a missing file. Raises ``InputError`` for one that cannot be read.
     """
     try:
         about = path.stat()
-        if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never come to an end
+        if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never end
             raise InputError.of_file(path, "this is no file")
         if about.st_size > LARGEST:
             raise InputError.of_file(path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read")
@@ -39,9 +39,9 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
 
 
 def contents_of(path: Path) -> str:
-    """What tells the contents of a file from others. Empty where it cannot be read: whoever reads it says so."""
+    """Digest of the contents of a file. Empty where it cannot be read, which is reported when it is read."""
     try:
-        if not path.is_file():  # a device may never come to an end
+        if not path.is_file():  # a device may never end
             return ""
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
@@ -50,28 +50,28 @@ def contents_of(path: Path) -> str:
 
 
 def read_toml(path: Path) -> Document:
-    """The document in a TOML file. Raises ``InputError`` for an unreadable file or one that is no TOML."""
+    """The document in a TOML file. Raises ``InputError`` for an unreadable file or invalid TOML."""
     if path.is_dir():
         raise InputError.of_file(path, "this is a folder; a study file is needed")
     text = read_text(path)
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError.of_file(path, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
+        raise InputError.of_file(path, f"the file is not valid TOML: {str(error).splitlines()[0]}") from None
     except ValueError:  # Python refuses to read such integers
         found = _LONG_NUMBER.search(text)
         line = f" (at line {text.count(chr(10), 0, found.start()) + 1})" if found else ""
-        raise InputError.of_file(path, f"the file is no valid TOML: a number of thousands of digits{line}") from None
+        raise InputError.of_file(path, f"the file is not valid TOML: a number of thousands of digits{line}") from None
     except RecursionError:
-        raise InputError.of_file(path, "the file is no valid TOML: it is nested too deeply") from None
+        raise InputError.of_file(path, "the file is not valid TOML: it is nested too deeply") from None
     for key, value in document.items():
         if _is_deep({key: value}):  # by keys of many parts
-            raise InputError(key, None, f"at most {DEEPEST} tables and lists may lie within each other").in_file(path)
+            raise InputError(key, None, f"at most {DEEPEST} tables and lists may be nested").in_file(path)
     return document
 
 
 def _is_deep(document: Document) -> bool:
-    """Whether more than ``DEEPEST`` tables and lists lie within each other."""
+    """True if more than ``DEEPEST`` tables and lists are nested."""
     level: list[Any] = [document]
     for _ in range(DEEPEST):
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]
@@ -92,8 +92,8 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 def refuse_bare_frequencies(document: Mapping[str, Any], where: str = "") -> None:
     """Raises ``InputError`` where a table of a file gives a frequency without a unit, which could be turns or radians.
 
-    A key ``frequency``, or one that ends so, of the table or one inside. Of drives it is that of the mains, which is always in
-    Hz; 0 is 0 in any unit. Of files and of what is set in them by path: parts built in Python take a number in SI.
+    A key ``frequency``, or one that ends so, of the table or one inside. That of a drive is the frequency of the mains, always
+    in Hz; 0 is 0 in any unit. For files and settings by path: parts built in Python take a number in SI.
     """
     for key, value in document.items():
         at = f"{where}.{key}" if where else key
@@ -108,7 +108,7 @@ def refuse_bare_frequencies(document: Mapping[str, Any], where: str = "") -> Non
 
 
 def _is_bare(value: Any) -> bool:
-    """Whether it is a number other than 0, or a text of nothing else."""
+    """True if the value is a number other than 0, or a text of such a number alone."""
     try:
         return not isinstance(value, bool) and isinstance(value, int | float | str) and float(value) != 0
     except (ValueError, OverflowError):
@@ -119,7 +119,7 @@ _OF_THE_MAINS = ("drive", "drives")
 
 
 def settings_in(described: Document, key: str = "machine") -> dict[str, Any]:
-    """The table ``set`` taken out of the table of this key, flattened. Raises ``InputError`` if it is no table."""
+    """Remove the table ``set`` from the table of this key, and return it flattened. Raises ``InputError`` if it is no table."""
     settings = described.pop("set", {})
     if not isinstance(settings, dict):
         raise InputError(f"{key}.set", settings, "must be a table: set = { PATH = VALUE }")
@@ -127,9 +127,9 @@ def settings_in(described: Document, key: str = "machine") -> dict[str, Any]:
 
 
 def changed_title(title: str, changed: Mapping[str, Any]) -> str:
-    """The title of what is described, with values changed by path.
+    """The title with values changed by path.
 
-    A value that the title itself gives, as ``u = 2.5``, is replaced, and it is said from which; others are added in brackets.
+    A value in the title itself, as ``u = 2.5``, is replaced, and its old value is stated; others are added in brackets.
     """
     added: list[str] = []
     for path, value in changed.items():

@@ -1,4 +1,4 @@
-"""Equal bodies: one table with a ``count`` stands for several, named by numbers."""
+"""Equal bodies: one table with a ``count`` describes several, named by numbers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _place(given: Any) -> Any:
 
 
 class EqualBodies(Described):
-    """How many equal bodies a table stands for, and where they start, about the body that they turn about."""
+    """Number of equal bodies that a table describes, and their start angles about the body that they turn about."""
 
     count: int = Field(ge=1, le=100, description="number of equal bodies, named NAME1, NAME2 and so on")
     start: Annotated[Literal["even", "random"] | float, BeforeValidator(_place)] = Field(
@@ -42,10 +42,10 @@ class EqualBodies(Described):
         return self
 
     def angles(self, width: float) -> list[float]:
-        """Where they start, in rad. width: the angle that each needs on its track, 0 where they can pass each other.
+        """Start angles in rad. width: the angle that each body needs on its track, 0 where they can pass each other.
 
-        Evenly spaced; at random, each arrangement in which none overlap as likely as any other (the gaps between neighbours
-        are those of points drawn on what the bodies leave free); or side by side about one angle.
+        Evenly spaced; or at random, each arrangement without overlap being equally likely (the gaps between neighbours are
+        those of points drawn on the free part of the track); or side by side about one angle.
         """
         count, own = self.count, np.arange(self.count) * width
         if self.start == "even":
@@ -68,19 +68,19 @@ def keys_in_files(cls: type[BaseModel]) -> tuple[Key, ...]:
 
 
 def of_all_first(document: Document, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Settings by path, first those of all bodies of a ``count``: what is set of one of them counts before it."""
+    """Settings by path, first those of all bodies of a ``count``: settings of one of them take precedence."""
     several = _groups(document)
     return dict(sorted(settings.items(), key=lambda setting: setting[0].partition(".")[0] not in several))
 
 
 def is_of_one(document: Document, path: str) -> bool:
-    """Whether a path is that of one of the bodies that a table stands for."""
+    """True if a path addresses one of the bodies that a table describes."""
     head = path.partition(".")[0]
     return any(head.startswith(name) and head.removeprefix(name).isdigit() for name in _groups(document))
 
 
 def _groups(document: Document) -> list[str]:
-    """The names of the tables that stand for several bodies."""
+    """The names of the tables that describe several bodies."""
     tables = document.get("bodies")
     return [str(t["name"]) for t in tables if _is_group(t) and "name" in t] if isinstance(tables, list) else []
 
@@ -88,8 +88,8 @@ def _groups(document: Document) -> list[str]:
 def with_equal_bodies(document: Document) -> Document:
     """A copy of the machine's table in which each table with a ``count`` is replaced by those of its bodies.
 
-    They are named NAME1, NAME2 and so on. Raises ``InputError`` for a count, start or seed that is none, for bodies that cannot
-    be several, and for what is wrong with the bodies themselves.
+    They are named NAME1, NAME2 and so on. Raises ``InputError`` for an invalid count, start or seed, for bodies that cannot be
+    several, and for faults of the bodies themselves.
     """
     tables = document.get("bodies")
     if not isinstance(tables, list) or not any(map(_is_group, tables)):

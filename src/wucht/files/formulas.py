@@ -22,7 +22,7 @@ _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one anothe
 _TOKEN = re.compile(
     r"(?P<number>\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)|(?P<sign>\*\*|[-+*/^(),])|(?P<unknown>\S)"
 )
-_HIGHEST = 1000  # exponent: derivatives of higher powers take forever, and nothing is left of them
+_HIGHEST = 1000  # exponent: derivatives of higher powers take very long, and are of no use
 _EXACT = 18  # digits of a number that is kept as a fraction, and largest exponent with which a fraction is raised exactly
 _SIGN = step("sign", 0.0, -1.0, 1.0)
 
@@ -36,22 +36,22 @@ CONSTANTS: dict[str, sp.Expr] = {"pi": sp.pi}
 
 
 def formula(text: object, known: Mapping[str, sp.Symbol], where: str, constant: frozenset[sp.Symbol] = frozenset()) -> sp.Expr:
-    """The expression that a text (or number) is.
+    """Read a text (or number) as an expression.
 
     Parameters
     ----------
     text : str or number
-    known : mapping of str to sympy.Symbol
-        What its names mean, besides ``FUNCTIONS`` and ``CONSTANTS``.
-    where : str
+    symbols : mapping of str to sympy.Symbol
+        Meaning of names, besides ``FUNCTIONS`` and ``CONSTANTS``.
+    location : str
         The key, for errors.
     constant : frozenset of sympy.Symbol
-        Those that do not change during a motion: kinks of ``abs`` and ``sign`` in all others are met exactly.
+        Those that do not change during a motion: kinks of ``abs`` and ``sign`` in all others are located exactly.
 
     Raises
     ------
     InputError
-        For what is no formula, with the place; for an unknown name, with the nearest known one; for numbers that are not
+        For an invalid formula, with the place; for an unknown name, with the nearest known one; for numbers that are not
         real and finite.
     """
     if isinstance(text, bool) or not isinstance(text, str | int | float):
@@ -66,7 +66,7 @@ def formula(text: object, known: Mapping[str, sp.Symbol], where: str, constant: 
     def moves(e: sp.Expr) -> bool:
         return bool(e.free_symbols - constant)
 
-    # SymPy makes |x| of sqrt(x^2) too.
+    # SymPy also writes sqrt(x^2) as |x|.
     expression = expression.replace(lambda e: isinstance(e, sp.Abs) and moves(e), lambda e: PiecewiseCubic(e.args[0], ABSOLUTE))
     return expression.replace(lambda e: isinstance(e, sp.sign) and moves(e), lambda e: PiecewiseCubic(e.args[0], _SIGN))
 
@@ -87,17 +87,17 @@ class _Reader:
         self._tokens = [_Token(str(t.lastgroup), t[0], t.start() + 1) for t in _TOKEN.finditer(written)]
         for token in self._tokens:
             if token.kind == "unknown":
-                raise self._wrong(f"{token.text!r} at character {token.place} belongs to no formula")
+                raise self._wrong(f"{token.text!r} at character {token.place} is not allowed in a formula")
         self._tokens.append(_Token("end", "", len(written) + 1))
 
     def whole(self) -> sp.Expr:
         value = self._sum()
         if self._next.kind == "end":
-            if any(abs(number) > LARGEST for number in value.atoms(sp.Number)):  # factors that stand together
+            if any(abs(number) > LARGEST for number in value.atoms(sp.Number)):  # constant factors, multiplied
                 raise self._wrong(f"a number in it is beyond {LARGEST:g}")
             return value
         if self._next.text in (")", ","):
-            raise self._wrong(f"there is no '(' to the {self._next.text!r} at character {self._next.place}")
+            raise self._wrong(f"there is no '(' that matches the {self._next.text!r} at character {self._next.place}")
         raise self._wrong(f"an operator is missing before {self._shown()}; a product is written with *")
 
     @property
@@ -105,7 +105,7 @@ class _Reader:
         return self._tokens[self._at]
 
     def _taken(self, *signs: str) -> str | None:
-        """The sign that stands here, if it is one of these; then it is passed."""
+        """Accept the next sign if it is one of these, and return it; else None."""
         if self._next.kind == "sign" and self._next.text in signs:
             self._at += 1
             return self._tokens[self._at - 1].text
@@ -177,7 +177,7 @@ class _Reader:
             return self._known.get(token.text, CONSTANTS.get(token.text))
         if token.text not in FUNCTIONS:
             if token.text in self._known or token.text in CONSTANTS:
-                raise self._wrong(f"{token.text} is no function; a product is written with *")
+                raise self._wrong(f"{token.text} is not a function; a product is written with *")
             raise self._wrong(f"unknown function {token.text!r}; {nearest(token.text, FUNCTIONS)}")
         values = [self._nested(self._sum)]
         while self._taken(","):
@@ -202,7 +202,7 @@ class _Reader:
             raise self._wrong(f"the '(' at character {opened.place} is not closed")
 
     def _real(self, value: sp.Expr) -> sp.Expr:
-        """The value. Raises ``InputError`` where it is not real, or a number that is not finite."""
+        """Return the value. Raises ``InputError`` where it is not real, or a number that is not finite."""
         finite = not value.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
         if finite and value.is_number:
             try:
@@ -210,7 +210,7 @@ class _Reader:
             except (OverflowError, TypeError):
                 finite = False
         if not finite:
-            raise self._wrong("a part of it is no finite real number")
+            raise self._wrong("a part of it is not a finite real number")
         if value.is_number and abs(float(value)) > LARGEST:
             raise self._wrong(f"a number in it is beyond {LARGEST:g}")
         return value

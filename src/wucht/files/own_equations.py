@@ -1,4 +1,4 @@
-"""A user's own equations: the table ``[system]`` of a study file -> a System with values of its parameters."""
+"""User equations: the table ``[system]`` of a study file -> a System with values of its parameters."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from wucht.system import TIME, System
 
 KEYS = ("title", "use", "set", "states", "angles", "parameters", "definitions")
 _LONGEST_NAME = 64
-_PLACES, _SAME = 32, 1e-8  # at which equations are evaluated, and a turn further; and what is the same there
+_PLACES, _SAME = 32, 1e-8  # points at which equations are evaluated, and a turn further; tolerance between both
 
 
 @dataclass(frozen=True)
 class OwnEquations:
-    """Ordinary differential equations with values of their parameters: what a study is asked of that is no machine.
+    """Ordinary differential equations with values of their parameters: the subject of a study instead of a machine.
 
     Parameters
     ----------
     system : System
     values : mapping of str to float
-        Of all its parameters, by name, in the order in which they are shown.
+        Values of all its parameters, by name, in the order in which they are printed.
     title : str
 
     Raises
@@ -47,7 +47,7 @@ class OwnEquations:
         self.system.values(self.values)
         if unknown := [name for name in self.values if name not in self.system.parameter_names]:
             raise WuchtError(
-                f"{unknown[0]} is no parameter of these equations; {nearest(unknown[0], self.system.parameter_names)}",
+                f"{unknown[0]} is not a parameter of these equations; {nearest(unknown[0], self.system.parameter_names)}",
                 code="unknown-parameter",
             )
 
@@ -101,7 +101,7 @@ def equations_from(document: Document, title: str = "") -> OwnEquations:
 
 
 def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
-    """Raises ``InputError`` for an angle after a whole turn of which the rates are not what they were."""
+    """Raises ``InputError`` for an angle whose rates change by a whole turn."""
     if not system.angles:
         return
     rates, random = Evaluator.of_rates(system), np.random.default_rng(0)
@@ -117,8 +117,8 @@ def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
             apart = np.abs(further - at) > _SAME * (1 + np.abs(at) + np.abs(further))
             if apart.any():
                 rate = system.states[int(apart.any(axis=1).argmax())]
-                why = f"the derivative of {rate} is another one after {state} has made a whole turn of 2*pi"
-                raise InputError("system.angles", state.name, f"must be a state that lives on a circle: {why}")
+                why = f"the derivative of {rate} differs after {state} has made a whole turn of 2*pi"
+                raise InputError("system.angles", state.name, f"must be a state on a circle: {why}")
 
 
 def with_values(described: Document, settings: Mapping[str, Any]) -> Document:
@@ -148,7 +148,7 @@ def _in_order(
 
 
 def _check_name(name: str, kind: str, taken: dict[str, str]) -> None:
-    """Note a name. Raises ``InputError`` for one that stands for something else, or that no formula could use."""
+    """Register a name. Raises ``InputError`` for one that is already in use, or that no formula could use."""
     where = f"system.{kind}s.{name}"
     if not name.isidentifier() or len(name) > _LONGEST_NAME:
         raise InputError(

@@ -23,11 +23,11 @@ _UNIT_IN_WORDS = re.compile(r"\S.*\sin (\S.*)")  # Drehzahl in 1/min
 def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
     """The rows of a text file of two columns, in SI.
 
-    units: what each column holds and its SI unit. Columns are separated by semicolons, tabs, commas or blanks; beside
-    semicolons and tabs a decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns
+    units: what each column holds and its SI unit. Columns are separated by semicolons, tabs, commas or blanks; with
+    semicolons and tabs a decimal comma is accepted. ``#`` begins a comment. The first line may be a heading whose columns
     carry units, as in ``speed (rpm), torque [N m]``, ``Drehzahl in U/min; Moment in Nm`` or ``rpm, N m``; without units numbers
-    are SI. Raises ``InputError``, with the line, for a file that cannot be read, a line that is no row of two numbers, a first
-    column that does not increase, and fewer than two rows.
+    are SI. Raises ``InputError``, with the line, for a file that cannot be read, a line that is not a row of two numbers, a
+    first column that does not increase, and fewer than two rows.
     """
     scale, headed = [1.0, 1.0], False
     rows: list[list[float]] = []
@@ -39,7 +39,9 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
             if headed and not rows and _is_heading(line):
                 example = "; ".join(f"{u.what} [{u.si}]" for u in units)
                 shown = repr(_cells(line)[0])
-                raise FieldError(f"{shown} is no finite number; write units beside the names: {example}", code="heading-twice")
+                raise FieldError(
+                    f"{shown} is not a finite number; write units beside the names: {example}", code="heading-twice"
+                )
             row = [u.parse(n * f) for n, f, u in zip(_row(line, units), scale, units, strict=True)]
             if rows and row[0] <= rows[-1][0]:
                 raise FieldError(f"the {units[0].what} does not increase", code="not-increasing")
@@ -47,7 +49,9 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
             raise InputError.of_file(path, f"line {number}: {error}", code=code_of(error)) from None
         rows.append(row)
     if len(rows) < 2:
-        raise InputError.of_file(path, f"there must be at least two rows of {_both(units)}; found {len(rows)}", code="too-few")
+        raise InputError.of_file(
+            path, f"there must be at least two rows of {_both(units)}; there are {len(rows)}", code="too-few"
+        )
     return rows
 
 
@@ -56,7 +60,7 @@ def with_tables(described: Document, folder: Path) -> Document:
 
     Drives and loads of kind "table" name a ``file`` of speed and torque, a carrier's motion a ``table`` of time and
     displacement (an angle, where it turns). Paths are relative to the folder. Raises ``InputError``, located from ``machine``
-    on, for a file that cannot be used, and where there are points beside it. What else is wrong is reported by the machine.
+    on, for a file that cannot be used, and where there are points beside it. Other faults are reported by the machine.
     """
     document = dict(described)
     for key in [k for k in ("drive", "load", "drives", "loads") if k in document]:
@@ -94,7 +98,7 @@ def _replaced(described: Document, key: str, units: tuple[Unit, Unit], folder: P
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:
-    """The lines that hold something besides comments, with their numbers."""
+    """The lines that contain more than comments, with their numbers."""
     text = read_text(path, f"there is no such file: {path}")
     stripped = ((i, line.split("#", 1)[0].strip()) for i, line in enumerate(text.splitlines(), 1))
     return [(i, line) for i, line in stripped if line]
@@ -116,7 +120,7 @@ def _row(line: str, units: tuple[Unit, Unit]) -> list[float]:
     cells, commas = _cells(line), _separator(line) in (";", "\t")
     if len(cells) != 2:
         remedy = "; where commas are decimal, put a semicolon between the columns" if "," in line and not commas else ""
-        sentence = f"there must be two numbers, {_both(units)}; these are {len(cells)} columns{remedy}"
+        sentence = f"there must be two numbers, {_both(units)}; there are {len(cells)} columns{remedy}"
         raise FieldError(sentence, code="count")
     return [_number(c.replace(",", ".") if commas else c, u) for c, u in zip(cells, units, strict=True)]
 
@@ -127,18 +131,18 @@ def _number(cell: str, unit: Unit) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise FieldError(f"{cell[:40]!r} is no finite number; must be {article(unit.what)}", code="no-number")
+        raise FieldError(f"{cell[:40]!r} is not a finite number; must be {article(unit.what)}", code="no-number")
     return value
 
 
 def _is_heading(line: str) -> bool:
-    """Whether all columns begin with a letter, and are not the numbers ``nan`` or ``inf``."""
+    """True if all columns begin with a letter, and are not the numbers ``nan`` or ``inf``."""
     names = [c.lower().lstrip("+-") for c in _cells(line)]
     return all(n[:1].isalpha() and n not in ("nan", "inf", "infinity") for n in names)
 
 
 def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
-    """How many SI units the unit of each column is."""
+    """Factor from the unit of each column to SI."""
     cells = _cells(line)
     if len(cells) != 2:
         raise FieldError(f"there must be two columns, {_both(units)}; the heading has {len(cells)}", code="count")
@@ -146,7 +150,7 @@ def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
     for cell, unit, other in zip(cells, units, units[::-1], strict=True):
         parts = _HEADING.fullmatch(cell)
         if parts is None:
-            sentence = f"{cell[:40]!r} is no heading; must be {unit.what} or {unit.what} [{unit.si}]"
+            sentence = f"{cell[:40]!r} is not a heading; must be {unit.what} or {unit.what} [{unit.si}]"
             raise FieldError(sentence, code="no-heading")
         if other.what in parts[1].lower() and unit.what not in parts[1].lower():
             sentence = f"the columns are exchanged; must be {units[0].what} first, then {units[1].what}"
@@ -160,7 +164,7 @@ def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
 
 
 def _unit_at_the_end(heading: str, unit: Unit) -> float:
-    """How many SI units a heading's last words are, as in ``rpm``, ``n rpm``, ``n / rpm``; 1 where they are no such unit."""
+    """Factor to SI of a unit in a heading's last words, as ``rpm``, ``n rpm``, ``n / rpm``; 1 where there is none."""
     words = heading.split()
     for first in range(len(words)):
         try:

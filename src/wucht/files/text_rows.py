@@ -8,9 +8,9 @@ _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 
 
 def cells_of(line: str, separator: str | None, least: int = 1) -> list[str]:
-    """What stands in the columns of a row, without quotation marks.
+    """Texts in the columns of a row, without quotation marks.
 
-    separator: between them; None: blanks. least: so many are kept where a row ends with separators and nothing between.
+    separator: between columns; None: blanks. least: number of columns kept where a row ends with empty ones.
     """
     cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
     stripped = [c.strip().strip('"').strip() for c in cells]

@@ -1,1 +1,1 @@
-"""Energies to equations: symbolic, and no number is computed here."""
+"""Energies to equations: symbolic, without numbers."""

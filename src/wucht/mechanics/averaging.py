@@ -5,7 +5,7 @@ With x = y + epsilon u(y, t) + O(epsilon^2), u of mean zero over t (3.2), (3.6),
     y' = epsilon <X>                                                       error O(epsilon) over times 1/epsilon,
     y' = epsilon <X> + epsilon^2 (<(dX/dx) u> + <X_2>)                     error O(epsilon^2) with u put back,
 
-where X_2 is what stands at epsilon^2 in the right-hand side. A System goes in and a System comes out, in the same symbols; its
+where X_2 is the factor of epsilon^2 in the right-hand side. A System goes in and a System comes out, in the same symbols; its
 outputs ``full.<state>`` are the states with the fast part put back.
 """
 
@@ -36,7 +36,7 @@ _NO_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.AccumBounds)
 
 @dataclass(frozen=True)
 class Averaged:
-    """The result of averaging, in the symbols of the System, whose states are now the slow ones.
+    """Result of averaging, in the symbols of the System, whose states are now the slow ones.
 
     Attributes
     ----------
@@ -48,14 +48,14 @@ class Averaged:
         u(y, t); empty where it has no closed form.
     start : tuple of sympy.Expr, n
         The slow states that belong to full states at time t, y = x - epsilon u(x, t), to the order of the averaging; x itself
-        where u is not known.
+        where u has no closed form.
     period : sympy.Expr or None
-        Of all that was averaged, X and at order 2 X_2; None where it has none (the mean exists nevertheless).
+        Period of all averaged terms, X and at order 2 X_2; None where there is none (the mean exists nevertheless).
     divisors : tuple of sympy.Expr
-        Frequencies that hold parameters: those by which is divided, and those in the means of order 2 and of quadratures.
-        Where one of them is zero, there is a resonance and another mean.
+        Frequencies with parameters: divisors, and those in the means of order 2 and of quadratures. Where one of them is
+        zero, there is a resonance and another mean.
     reason : str
-        Why u is not known.
+        Reason why u is not known.
     """
 
     system: System
@@ -75,7 +75,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     ----------
     system : System
     small : sympy.Symbol, optional
-        The parameter epsilon, at least a factor of every right-hand side; None: all of the right-hand side is taken as small.
+        The parameter epsilon, at least a factor of every right-hand side; None: the whole right-hand side counts as small.
     order : {1, 2}
     period : sympy.Expr, optional
         Checked to be a period; else that of the frequencies.
@@ -99,7 +99,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     if small is not None:
         refuse_unknown_parameter(system, small)
     epsilon, states = sp.S.One if small is None else small, system.states
-    # Of time or epsilon, or at order 2, which differentiates: no such definition stays in what is averaged.
+    # Definitions of time or epsilon, and all at order 2, which differentiates, are substituted before averaging.
     moving = {s for s, _ in system.definitions} if order == 2 else _moving(system, small)
     rates = [regular(_without(moving, system, d), small) for d in system.derivatives]
     refuse_small_frequencies(rates, small)
@@ -153,7 +153,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
 
 
 def _fast_part(X: Sequence[sp.Expr]) -> tuple[tuple[sp.Expr, ...], str]:
-    """u, and no reason; or nothing, and the reason."""
+    """u and an empty reason; or an empty tuple and the reason."""
     try:
         return tuple(harmonics(e, TIME).antiderivative for e in X), ""
     except NotTrigonometricError as error:
@@ -161,7 +161,7 @@ def _fast_part(X: Sequence[sp.Expr]) -> tuple[tuple[sp.Expr, ...], str]:
 
 
 def in_powers(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
-    """The factors of epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where something is left without epsilon."""
+    """The factors of epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where a term is without epsilon."""
     if small is None:
         return f, sp.S.Zero
     rest, once, twice = expanded(f, small, state)
@@ -185,7 +185,7 @@ def expanded(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, s
 
 
 def regular(f: sp.Expr, small: sp.Symbol | None) -> sp.Expr:
-    """The rate over one denominator where 1/epsilon stands in it: an inertia J/epsilon in a denominator is no pole."""
+    """The rate over one denominator where it contains 1/epsilon: an inertia J/epsilon in a denominator is no pole."""
     polar = any(p.exp.is_negative and p.base == small for p in f.atoms(sp.Pow))
     return sp.together(f) if polar else f
 
@@ -200,7 +200,7 @@ def put_back(
 ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[Output, ...]]:
     """Definitions and outputs of a slow System: ``full.<state>`` for the given full states, then all outputs of them.
 
-    full: of those states whose fast part is known; the others stand for themselves.
+    full: of the states whose fast part is known; the others are kept.
     """
     renamed = {s: r for s, r in full_states(system).items() if s in full or s not in system.states}
     lines = [(renamed[s], sp.sympify(e)) for s, e in full.items()]
@@ -218,12 +218,12 @@ def in_terms_of(meaning: Mapping[sp.Symbol, sp.Expr], output: Output, factor: sp
 
 
 def along(e: sp.Expr, states: Sequence[sp.Symbol], change: Sequence[sp.Expr]) -> sp.Expr:
-    """(de/dx) u: the change of an expression with that of the states."""
+    """(de/dx) u: the derivative of an expression along a change of the states."""
     return sp.Add(*(sp.diff(e, s) * u for s, u in zip(states, change, strict=True)))
 
 
 def _moving(system: System, small: sp.Symbol | None) -> set[sp.Symbol]:
-    """The definitions that depend on time or epsilon: they cannot stay as they are in the mean."""
+    """The definitions that depend on time or epsilon: they have to be substituted before averaging."""
     moving = {TIME, small}
     for symbol, expression in system.definitions:
         if expression.free_symbols & moving:
@@ -232,29 +232,29 @@ def _moving(system: System, small: sp.Symbol | None) -> set[sp.Symbol]:
 
 
 def _without(moving: set[sp.Symbol], system: System, e: sp.Expr) -> sp.Expr:
-    """The expression with the meaning of these definitions in their place."""
+    """Substitute these definitions in the expression."""
     return sp.sympify(substitute_definitions(e, [(s, meaning) for s, meaning in system.definitions if s in moving]))
 
 
 def _mean(e: sp.Expr, state: sp.Symbol, system: System) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
-    """The mean of a state's rate and its frequencies, or the sentence why it has none."""
+    """The mean of a state's rate and its frequencies. Raises ``WuchtError`` where it has none, with the reason."""
     with explained(f"the rate of {state} cannot be averaged"):
         refuse_turning_with((*system.states, *(d for d, _ in system.definitions)), e)
         return mean_and_frequencies(e, TIME)
 
 
 def _checked(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
-    """The period found, or the one given after a check that it is one."""
+    """The common period of the frequencies, or the given one after a check that it is a period."""
     if period is None:
         return common_period(frequencies)
     if isinstance(period, str):
         raise WuchtError(f"the period {period!r} is a text: a number or an expression of parameters is allowed", code="text")
     period = sp.sympify(period)
     if period.is_positive is False or period.is_extended_real is False or period.is_infinite:
-        raise WuchtError(f"{period} is no period: a positive time is allowed", code="not-positive")
+        raise WuchtError(f"{period} is not a period: a positive time is allowed", code="not-positive")
     for w in frequencies:
         turns = sp.simplify(w * period / (2 * sp.pi))
         decimal = turns.has(sp.Float) and turns.is_real and abs(turns - round(turns)) <= SAME * abs(turns)
         if not (decimal or turns.is_Integer):
-            raise WuchtError(f"{period} is no period: the frequency {w} is present", code="other-period")
+            raise WuchtError(f"{period} is not a period: the frequency {w} is present", code="other-period")
     return period

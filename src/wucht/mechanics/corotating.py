@@ -1,8 +1,8 @@
-"""The equations of motion in coordinates that turn with the main rotor: its angle drops out, and steady rotation stands still.
+"""The equations of motion in a frame that turns with the main rotor: its angle drops out, steady rotation is an equilibrium.
 
 A mechanism whose energies do not change when all of it is turned about the normal of the plane obeys the same equations in
-every frame. In the one that just now lies along the main rotor its angle phi is zero, and with w = phi' and a for absolute
-accelerations
+every frame. In the one that is momentarily aligned with the main rotor its angle phi is zero, and with w = phi' and a for
+absolute accelerations
 
     x' = vx + w y,   y' = vy - w x,   vx' = ax + w vy,   vy' = ay - w vx,   alpha_i' = phi_i' - w,   alpha_i = phi_i - phi,
 
@@ -28,17 +28,17 @@ ALONG, ACROSS = "along", "across"
 
 @dataclass(frozen=True)
 class Turning:
-    """What turns when a mechanism is turned as a whole.
+    """Coordinates that change when a mechanism is turned as a whole.
 
     plane: the carrier's displacements in x and in y, none where its axis does not move. angles: of all bodies, the main
-    rotor's first. All other coordinates are displacements within bodies, and do not change.
+    rotor's first. All other coordinates are displacements within bodies and do not change.
     """
 
     plane: tuple[Coordinate, ...]
     angles: tuple[Coordinate, ...]
 
     def change(self, e: sp.Expr) -> sp.Expr:
-        """d/dc of an expression whose mechanism is turned by a small angle c: zero where it does not feel that."""
+        """d/dc of an expression whose mechanism is turned by a small angle c: zero if it is invariant."""
         terms = [sp.diff(e, c.position) for c in self.angles]
         for x, y in zip(self._along, self._across, strict=True):
             terms += [x * sp.diff(e, y), -y * sp.diff(e, x)]
@@ -54,7 +54,7 @@ class Turning:
 
     @property
     def renamed(self) -> dict[sp.Symbol, sp.Symbol]:
-        """The states in the turning frame by those at rest: along the main rotor and across to it, and phases to it."""
+        """Symbols in the turning frame by those at rest: along the main rotor and normal to it, and phases relative to it."""
         names = dict(zip(self._along, (f"carrier.{ALONG}", f"carrier.v{ALONG}"), strict=False))
         names |= dict(zip(self._across, (f"carrier.{ACROSS}", f"carrier.v{ACROSS}"), strict=False))
         names |= {c.position: f"{c.position.name.removesuffix('.angle')}.phase" for c in self.angles[1:]}
@@ -62,10 +62,10 @@ class Turning:
 
 
 def refuse_oriented(parts: Sequence[Energies], turning: Turning, zero: Sequence[sp.Symbol] = ()) -> None:
-    """Check that a mechanism does not feel being turned: then its equations of motion do not, either.
+    """Check that a mechanism is invariant under rotation: then its equations of motion are, too.
 
-    zero: parameters whose value is zero. Raises ``WuchtError``: which formula changes, and the parameters in what it changes
-    by.
+    zero: parameters whose value is zero. Raises ``WuchtError`` with the formula that changes and the parameters in its
+    change.
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)
     if len(turning.plane) == 1:
@@ -87,19 +87,19 @@ def refuse_oriented(parts: Sequence[Energies], turning: Turning, zero: Sequence[
 
 
 def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ()) -> System:
-    """The System in the turning frame: one state less, no outputs; to be used where ``refuse_oriented`` refuses nothing.
+    """The System in the turning frame: one state less, no outputs; valid where ``refuse_oriented`` raises nothing.
 
     States in the order of the given ones, without the main rotor's angle: ``carrier.along``, ``carrier.across`` for x and y
     (along the main rotor's angle, and a right angle ahead of it), ``carrier.valong``, ``carrier.vacross`` the absolute
     velocity in that frame, ``BODY.phase`` the angle to the main rotor's, and speeds, absolute as before. zero: parameters whose
-    value is zero, which are left out.
+    value is zero, which are removed.
     """
     main, names = turning.angles[0], turning.renamed
     short: dict[sp.Symbol, sp.Expr] = {**names, main.position: sp.S.Zero, **dict.fromkeys(zero, sp.S.Zero)}
     definitions = list[tuple[sp.Symbol, sp.Expr]]()
     for symbol, meaning in system.definitions:
         here = sp.sympify(meaning).xreplace(short)
-        if here.is_Atom:  # what is zero in this frame, or a state, is put in: the program gets shorter
+        if here.is_Atom:  # zeros and states of this frame are substituted: the program gets shorter
             short[symbol] = here
         else:
             definitions.append((symbol, here))
@@ -120,7 +120,7 @@ def corotating(system: System, turning: Turning, zero: Sequence[sp.Symbol] = ())
 
 
 def _turned(rates: Mapping[sp.Symbol, sp.Expr], turning: Turning) -> dict[sp.Symbol, sp.Expr]:
-    """The rates of the states as they are seen in the turning frame."""
+    """The rates of the states in the turning frame."""
     main = turning.angles[0].velocity
     seen = {c.position: rates[c.position] - main for c in turning.angles[1:]}
     if turning.plane:

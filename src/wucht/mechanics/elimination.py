@@ -1,8 +1,8 @@
 """Solve ``M a = F`` symbolically as a straight-line program: every intermediate result gets a name and stays small.
 
-Gaussian elimination, of a symmetric matrix the row with the fewest couplings first (minimum degree), of equals one that is as
-it was given: its pivot is short. For a machine this takes the bodies before the carrier, so the work and the size of the result
-grow linearly with the number of bodies.
+Gaussian elimination, of a symmetric matrix the row with the fewest couplings first (minimum degree), of equals one that is
+still unchanged: its pivot is short. For a machine this eliminates the bodies before the carrier, so the work and the size of
+the result grow linearly with the number of bodies.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a part stores, loses and is given."""
+"""Energies of a part: stored, dissipated and supplied."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import sympy as sp
 class Applied:
     """A force or torque and the rate on which it works: the applied power is ``force * rate``.
 
-    ``booked`` says on which side of the energy balance its work stands: ``"supplied"`` (a motor) or ``"lost"`` (a damper that
-    has no dissipation function because it is not reciprocal). ``of_drive``: a loss on the way from a motor to its body, which
-    ends when the motor is switched off.
+    ``energy_side`` is the side of the energy balance to which its work belongs: ``"supplied"`` (a motor) or ``"lost"`` (a
+    damper that has no dissipation function because it is not reciprocal). ``of_drive``: a loss on the way from a motor to its
+    body, which ends when the motor is switched off.
     """
 
     force: sp.Expr
@@ -30,7 +30,7 @@ class Applied:
 
 @dataclass(frozen=True)
 class OwnState:
-    """What a state of a part's own is: name after the part's path, SI unit, in words, symbol in equations."""
+    """Description of an internal state of a part: name after the part's path, SI unit, long name, symbol in equations."""
 
     name: str
     unit: str
@@ -38,16 +38,16 @@ class OwnState:
     letter: str
 
     def at(self, path: str) -> sp.Symbol:
-        """Its symbol in a part of that path."""
+        """The symbol of the state in a part of that path."""
         return sp.Symbol(f"{path}.{self.name}", real=True)
 
 
 @dataclass(frozen=True)
 class Internal:
-    """A state of a part's own, of first order, that begins at zero: the integrator of a controller, what a friction has drawn.
+    """An internal state of a part, of first order, zero at the start: the integrator of a controller, the strain of a friction.
 
-    rate: d state/dt, in coordinates, velocities, parameters and internal states. own: what it is. size: how large it becomes,
-    in parameters. steady: what it is in steady rotation while the carrier rests.
+    rate: d state/dt, in coordinates, velocities, parameters and internal states. description: name, unit and symbol. size: its
+    order of magnitude, in parameters. steady: its value in steady rotation while the carrier rests.
     """
 
     state: sp.Symbol
@@ -63,7 +63,7 @@ class Internal:
 
     @property
     def change(self) -> sp.Symbol:
-        """What stands for the rate in formulas: a power at which the part itself works moves no coordinate."""
+        """The symbol of the rate in formulas: needed for the power of a force that moves no coordinate."""
         return sp.Symbol(f"{self.state.name}.rate", real=True)
 
 
@@ -72,8 +72,8 @@ class Energies:
     """The four formulas of a part, as on paper, in coordinates, velocities and parameters.
 
     kinetic: T. potential: V. dissipation: Rayleigh's function R, half the power lost in linear dampers.
-    applied: forces with the rates on which they work. internal: the part's own states. nonlinear: what of its forces on the
-    carrier is not proportional to displacements and velocities, in words; where the carrier is taken as linear it is left out.
+    applied_forces: forces with the rates on which they work. internal_states: of the part. nonlinear: its forces on the
+    carrier that are not proportional to displacements and velocities, as text; a linear carrier neglects them.
     """
 
     kinetic: sp.Expr = sp.S.Zero
@@ -85,14 +85,14 @@ class Energies:
 
     @property
     def formulas(self) -> tuple[sp.Expr, ...]:
-        """Those of energies and forces."""
+        """The formulas of energies and forces."""
         return self.kinetic, self.potential, self.dissipation, *(e for a in self.applied for e in (a.force, a.rate))
 
     @property
     def symbols(self) -> set[sp.Symbol]:
-        """All that occurs in the formulas of energies and forces."""
+        """All symbols in the formulas of energies and forces."""
         return set().union(*(sp.sympify(e).free_symbols for e in self.formulas))
 
     def __add__(self, other: Energies) -> Energies:
-        """The energies of both."""
+        """The sum of two energies."""
         return Energies(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(Energies)))

@@ -19,9 +19,9 @@ from wucht.system import TIME, Output, SecondOrder, System
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalised coordinate and its velocity; ``angle`` if it lives on a circle.
+    """A generalised coordinate and its velocity; ``angle`` if it is an angle.
 
-    ``prescribed`` is the velocity it is given from outside (an expression in parameters and time), or None if it is free.
+    ``prescribed_velocity`` is an expression in parameters and time, or None if the coordinate is free.
     """
 
     position: sp.Symbol
@@ -37,7 +37,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Lock:
-    """Coordinate ``index`` follows the coordinate ``about`` (None: it stands still) while the parameter ``locked`` is 1.
+    """Coordinate ``index`` follows the coordinate ``about`` (None: it stands still) while the parameter ``switch`` is 1.
 
     Both must have the same velocity when the lock is on; at 0 the coordinate is free.
     """
@@ -115,7 +115,7 @@ def first_order(
                 accelerations[lock.index] += lock.locked * accelerations[lock.about]
         lines.pairs += [(acceleration(coordinates[i]), accelerations[i]) for i in free]
     rest = sp.Matrix(motion.mass * sp.Matrix([acceleration(c) for c in coordinates]) - motion.forces)
-    for lock in locks:  # what a lock pushes its coordinate with, it takes from the other
+    for lock in locks:  # the force of a lock on its coordinate reacts on the other one
         if lock.about is not None:
             rest[lock.about] += lock.locked * rest[lock.index]
     lines.pairs += [(reaction(c), rest[i]) for i, c in enumerate(coordinates) if c.prescribed is not None]
@@ -136,7 +136,7 @@ def first_order(
 
 
 def _apply(lock: Lock, mass: sp.Matrix, right: sp.Matrix, given: Mapping[int, sp.Expr]) -> None:
-    """Write the locked coordinate's acceleration as that of the other plus a rest, which is zero while it is locked.
+    """Write the locked coordinate's acceleration as that of the other plus a remainder, which is zero while it is locked.
 
     With s = 1 the two equations of motion are added, so that the unknown torque between them drops out; with s = 0 nothing
     changes. The matrix stays symmetric and positive definite.
@@ -166,7 +166,7 @@ def reaction(coordinate: Coordinate) -> sp.Symbol:
 
 
 def dissipated_power(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> sp.Expr:
-    """The power lost: ``v . dR/dv`` of the linear dampers, less the power of applied forces booked as lost."""
+    """The power lost: ``v . dR/dv`` of the linear dampers, minus the power of applied forces on the side ``lost``."""
     lost = [c.velocity * sp.diff(part.dissipation, c.velocity) for part in parts for c in coordinates]
     return sp.Add(*lost, *(-a.power for part in parts for a in part.applied if a.booked == "lost"))
 

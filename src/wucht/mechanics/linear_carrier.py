@@ -39,8 +39,8 @@ def linear_carrier(
 ) -> LinearCarrier:
     """Read the carrier's matrices off the energies.
 
-    carrier: m coordinates; bodies: the turning ones; at_rest: all others, taken as zero. Raises ``WuchtError`` where the
-    carrier is not linear, or a coupling is no first harmonic of the body's angle and a constant.
+    carrier: m coordinates; bodies: the turning ones; at_rest: all others, set to zero. Raises ``WuchtError`` where the
+    carrier is not linear, or a coupling is not a first harmonic of the body's angle plus a constant.
     """
     still = {s: sp.S.Zero for c in at_rest for s in (c.position, c.velocity)}
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
@@ -72,20 +72,20 @@ def _slopes(gradient: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> sp.Imm
 
 
 def _mean(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
-    """What of a coupling does not depend on the angle: a body that turns steadily does not excite through it."""
+    """The part of a coupling that does not depend on the angle: it does not excite in steady rotation."""
     return sp.expand(coupling.xreplace({angle: sp.S.Zero}) + coupling.xreplace({angle: sp.pi})) / 2
 
 
 def first_harmonic(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
     """``-2 i <coupling exp(-i angle)>`` for ``coupling = a cos(angle) + b sin(angle)``: -i a - b.
 
-    Raises ``WuchtError`` where the coupling is something else.
+    Raises ``WuchtError`` for any other coupling.
     """
     cosine = coupling.xreplace({angle: sp.S.Zero})
     sine = sp.expand(sp.expand_trig(coupling.xreplace({angle: sp.pi / 2})))
     rest = sp.expand(coupling - cosine * sp.cos(angle) - sine * sp.sin(angle))
     if rest != 0 and sp.simplify(rest) != 0:
         raise WuchtError(
-            f"the coupling {coupling} is no first harmonic of {angle}: it has no excitation at the speed of rotation"
+            f"the coupling {coupling} is not a first harmonic of {angle}: it has no excitation at the speed of rotation"
         )
     return sp.expand(-sp.I * cosine - sine)

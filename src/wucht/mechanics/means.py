@@ -2,10 +2,10 @@
 
 The mean is that of 002 (3.5) and (3.9), lim 1/T int_0^T, which exists for any frequencies, commensurate or not. Quotients of
 sines and cosines with one period have a mean by the residues within |z| = 1 of z = exp(i w t), where their poles are numbers.
-All else is refused.
+All other expressions are refused.
 
 A sum is taken term by term. A denominator D has to be real, of one period, and numbers but for a common factor and a phase.
-What is needed are the moments <exp(i k theta)/D>, which are numbers; the numerator may hold any symbols. D must be a product
+The moments <exp(i k theta)/D> are needed, which are numbers; the numerator may hold any symbols. D must be a product
 of polynomials of z of degree 1 and 2 over the rational complex numbers, as A + B cos + C sin is, so that each residue holds
 one root and the moments are short. Each is compared with a quadrature before it is used.
 """
@@ -37,14 +37,14 @@ from wucht.mechanics.zero_testing import identically_zero, number
 
 _Z = sp.Dummy("z")
 _DEGREE = 16
-"""Largest degree of a denominator in z: beyond it the closed forms fill pages."""
+"""Largest degree of a denominator in z: beyond it the closed forms are too long."""
 _ON_THE_CIRCLE, _AGREES = 1e-25, 1e-12
 
 
 def _mean_of_quotients(e: sp.Expr, t: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """The mean over t of a sum of quotients of trigonometric polynomials, and the frequencies above and below in them.
 
-    Raises ``WuchtError`` where none was found.
+    Raises ``WuchtError`` where it cannot be computed.
     """
     e = TR2(TR1(e))  # of sines and cosines alone
     _refuse_other_functions(e, t)
@@ -70,20 +70,20 @@ def _refuse_other_functions(e: sp.Expr, t: sp.Symbol) -> None:
             raise NotTrigonometricError(f"the argument of {a} does not grow evenly with {t}", code="uneven-argument")
     if not any(isinstance(a, sp.sin | sp.cos) for a in even):
         raise NotTrigonometricError(
-            f"{e} is no polynomial in sines and cosines of {t}, and has no period that is certain", code="no-period"
+            f"{e} is not a polynomial in sines and cosines of {t}, and has no certain period", code="no-period"
         )
     marks = {a: sp.Dummy() for a in even}
     rest = e.xreplace(marks)
     if not rest.is_rational_function(*marks.values()):
         raise NotTrigonometricError(
-            f"{e} is no rational function of sines and cosines of {t}: its mean was not found", code="not-rational"
+            f"{e} is not a rational function of sines and cosines of {t}: its mean cannot be computed", code="not-rational"
         )
     if t in rest.free_symbols:
         raise secular(t)
 
 
 def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t: sp.Symbol) -> sp.Expr:
-    """The mean of a trigonometric polynomial over a product of powers of such. written: the product."""
+    """The mean of a trigonometric polynomial over a product of powers of such. denominator: the product."""
     if not all(terms for terms, _ in below):
         raise WuchtError(f"the denominator {written} is zero at all times", code="zero-denominator")
     still = sp.prod([terms[CONSTANT][0] ** n for terms, n in below if set(terms) == {CONSTANT}])
@@ -93,7 +93,7 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
     period = common_period([w for terms, _ in turning for w, _ in terms])
     if period is None:
         raise NotTrigonometricError(
-            f"1/({written}) is no polynomial in sines and cosines of {t}, and has no period that is certain", code="no-period"
+            f"1/({written}) is not a polynomial in sines and cosines of {t}, and has no certain period", code="no-period"
         )
     base = 2 * sp.pi / period
     slowest, phase = min(
@@ -112,7 +112,7 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
                 code="frequency-ratio",
             )
         if k.is_Integer:
-            with explained(f"the mean of a quotient was not found; of its denominator {written}"):
+            with explained(f"the mean of a quotient cannot be computed; of its denominator {written}"):
                 re, im = _moment(int(k), P)
             angle = p - k * shift
             c, s = sp.cos(angle), sp.sin(angle)
@@ -130,11 +130,11 @@ def _polynomial(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> 
         cosine, sine = (sp.nsimplify(sp.cancel(c / factor), rational=True) if c != 0 else c for c in pair)
         if cosine.free_symbols | sine.free_symbols | rest.free_symbols:
             raise NotTrigonometricError(
-                f"the zeros of the denominator {below} depend on parameters or states: its mean was not found",
+                f"the zeros of the denominator {below} depend on parameters or states: its mean cannot be computed",
                 code="parameters-decide",
             )
         if not (cosine.is_real and sine.is_real):
-            raise NotTrigonometricError(f"the denominator {below} is not real: its mean was not found", code="not-real")
+            raise NotTrigonometricError(f"the denominator {below} is not real: its mean cannot be computed", code="not-real")
         turn = sp.exp(sp.I * rest)
         half = (cosine - sp.I * sine) / 2
         powers[k] = sp.expand(powers.get(k, sp.S.Zero) + half * turn)
@@ -176,7 +176,7 @@ def _roots(factor: sp.Poly) -> list[sp.Expr]:
     if a == 0:
         return [sp.expand(-c / b)]
     if sp.radsimp(sp.expand(c * sp.conjugate(c))) == 1:
-        # Of A + B cos + C sin: times what makes b and the discriminant real, 2 A and 4 (A^2 - B^2 - C^2).
+        # For A + B cos + C sin: a factor makes b and the discriminant real, 2 A and 4 (A^2 - B^2 - C^2).
         a = sp.I if c == -1 else 1 + sp.conjugate(c)
         b, c = sp.radsimp(sp.expand(a * b)), sp.radsimp(sp.expand(a * c))
     root = sp.sqrt(sp.factor_terms(sp.radsimp(sp.expand(b**2 - 4 * a * c))))
@@ -191,7 +191,7 @@ def _inside(pole: sp.Expr) -> bool:
 
 
 def _compare(moment: sp.Expr, k: int, P: sp.Poly, poles: Sequence[sp.Expr]) -> None:
-    """Refuse a moment that is not that of a quadrature, with its intervals divided where a pole is nearest."""
+    """Refuse a moment that disagrees with a quadrature, whose intervals are divided where a pole is nearest."""
     coefficients = [number(c) for c in P.all_coeffs()]
 
     def integrand(angle: mpmath.mpf) -> mpmath.mpc:
@@ -208,13 +208,13 @@ def _compare(moment: sp.Expr, k: int, P: sp.Poly, poles: Sequence[sp.Expr]) -> N
 def mean(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
     """lim (1/T) int_0^T of the expression, exact.
 
-    Raises ``WuchtError`` with the reason where there is none, or none was found.
+    Raises ``WuchtError`` with the reason where there is none, or where it cannot be computed.
     """
     return mean_and_frequencies(expression, variable)[0]
 
 
 def mean_and_frequencies(expression: sp.Expr, variable: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
-    """The mean, and the frequencies of what oscillates, which must not be zero for it to hold. Raises ``WuchtError``."""
+    """The mean, and the frequencies of oscillating terms, which must not be zero for it to hold. Raises ``WuchtError``."""
     try:
         waves = harmonics(expression, variable)
         return waves.mean, waves.frequencies
@@ -223,5 +223,5 @@ def mean_and_frequencies(expression: sp.Expr, variable: sp.Symbol) -> tuple[sp.E
 
 
 def antiderivative(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-    """The antiderivative, of mean zero, of what the expression is without its mean. Raises ``WuchtError`` as ``harmonics``."""
+    """The antiderivative, of mean zero, of the expression minus its mean. Raises ``WuchtError`` as ``harmonics``."""
     return harmonics(expression, variable).antiderivative

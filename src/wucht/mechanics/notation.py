@@ -13,7 +13,7 @@ from wucht.mechanics.energies import Internal
 from wucht.mechanics.lagrange import Coordinate
 from wucht.system import TIME, SecondOrder, needed_definitions
 
-_GREEK = (  # as far as TeX has them: the others are Latin letters
+_GREEK = (  # those with a TeX command: the others are Latin letters
     "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "pi",
     "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
     "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
@@ -26,7 +26,7 @@ _LATEX_HEADS = {"|D|^2": "\\left|D\\right|^2", "nu": "\\nu"}
 
 @dataclass(frozen=True)
 class Notation:
-    """How coordinates and parameters are written: base symbols by internal name, such as ``drum.angle`` -> ``phi``."""
+    """Printed symbols of coordinates and parameters: base symbols by internal name, such as ``drum.angle`` -> ``phi``."""
 
     names: Mapping[str, str]
 
@@ -43,7 +43,7 @@ class Notation:
 
 
 def latex_name(name: str, dots: int = 0) -> str:
-    """A name such as ``b_carrier`` as LaTeX; a symbol with an index of its own, such as ``U1_drive``, has both below.
+    """A name such as ``b_carrier`` as LaTeX; a symbol with a second index, such as ``U1_drive``, has both below.
 
     dots: over the letter, for derivatives by time.
     """
@@ -73,8 +73,8 @@ def written(
 ) -> list[str]:
     """One equation a coordinate, ``inertia = forces``.
 
-    zero: parameters that are zero and left out. normalise: divide each equation by its own inertia. A coordinate whose motion
-    is prescribed gets its velocity, and the equation of the force or torque that this takes.
+    zero: parameters that are zero and removed. normalise: divide each equation by its inertia. A coordinate whose motion is
+    prescribed gets its velocity, and the equation of the force or torque that enforces it.
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)
     symbols = notation.symbols(coordinates, latex)
@@ -99,7 +99,7 @@ def written(
 
 
 def written_own(internal: Sequence[Internal], coordinates: Sequence[Coordinate], notation: Notation, latex: bool) -> list[str]:
-    """The rates of the parts' own states, one equation each."""
+    """The rates of the internal states of parts, one equation each."""
     symbols = notation.symbols(coordinates, latex)
     bases = [notation.names[own.state.name] for own in internal]
     rates = [sp.Symbol(latex_name(base, 1) if latex else f"{base}'") for base in bases]
@@ -116,7 +116,7 @@ def written_averaged(
 ) -> tuple[list[str], list[str]]:
     """The rows, and the definitions they use in order.
 
-    zero: parameters that are zero and left out. Phases are alpha, speeds omega (the main rotor's without an index); a dash is
+    zero: parameters that are zero and removed. Phases are alpha, speeds omega (the main rotor's without an index); a prime is
     d/dt; Re and Im are the parts of a complex amplitude.
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)

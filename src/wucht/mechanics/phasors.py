@@ -37,7 +37,7 @@ class Phasor:
         return Phasor(self.re - other.re, self.im - other.im)
 
     def __mul__(self, other: Phasor | sp.Expr) -> Phasor:
-        """Times a complex amplitude or a real factor."""
+        """The product with a complex amplitude or a real factor."""
         if not isinstance(other, Phasor):
             return self.scaled(other)
         return Phasor(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
@@ -45,7 +45,7 @@ class Phasor:
     __rmul__ = __mul__
 
     def scaled(self, factor: sp.Expr) -> Phasor:
-        """Times a real factor."""
+        """The product with a real factor."""
         return Phasor(factor * self.re, factor * self.im)
 
     @property
@@ -55,12 +55,12 @@ class Phasor:
 
     @property
     def turned(self) -> Phasor:
-        """Times i."""
+        """The product with i."""
         return Phasor(-self.im, self.re)
 
     @property
     def is_zero(self) -> bool:
-        """Whether both parts are zero as they stand."""
+        """True if both parts are literally zero."""
         return bool(self.re == 0 and self.im == 0)
 
 
@@ -74,7 +74,7 @@ def total(phasors: Sequence[Phasor]) -> Phasor:
 
 
 def product(left: Phasors, right: Phasors) -> Phasor:
-    """sum left_k right_k, without conjugation."""
+    """The sum of first_k second_k, without conjugation."""
     return total([a * b for a, b in zip(left, right, strict=True) if not (a.is_zero or b.is_zero)])
 
 
@@ -93,11 +93,11 @@ class Lines:
         return symbol
 
     def phasor(self, value: Phasor, label: str) -> Phasor:
-        """The same for both parts."""
+        """Symbols for both parts of a complex amplitude."""
         return Phasor(self.name(value.re, f"{label}.re"), self.name(value.im, f"{label}.im"))
 
     def phasors(self, values: Phasors, label: str, names: Sequence[str]) -> list[Phasor]:
-        """The same for several."""
+        """Symbols for several complex amplitudes."""
         return [self.phasor(v, f"{label}[{n}]") for v, n in zip(values, names, strict=True)]
 
     def rates(

@@ -2,13 +2,13 @@
 
     m x'' = F(x', x, t) + Phi(x', x, t, k t),  k >> 1,    x(t) = X(t) + xi(t, theta),  theta = k t,  <xi> = 0 (3).
 
-With X', X, t held (7) is solved to leading order in 1/k: m k^2 d2xi/dtheta2 = Phi - <Phi>. Then (5), with xi of the order
+With X', X, t constant (7) is solved to leading order in 1/k: m k^2 d2xi/dtheta2 = Phi - <Phi>. Then (5), with xi of the order
 Phi/k^2 and its rate of the order Phi/k: F at the speed X' + xi', and Phi to first order in xi and xi',
 
     m X'' = <F(X' + xi', X, t)> + <Phi> + <(dPhi/dx) xi + (dPhi/dx') xi'>   (6).
 
-Where Phi does not depend on the speed it may be as large as O(k); else it must be O(1), and terms O(1/k^2) are left out.
-One power of k more is allowed where a parameter stands with it, which is then taken as O(1/k): a small amplitude, a k^2 cos.
+Where Phi does not depend on the speed it may be as large as O(k); else it must be O(1), and terms O(1/k^2) are neglected.
+One power of k more is allowed with a parameter as factor, which then counts as O(1/k): a small amplitude, a k^2 cos.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Separation:
     slow_force, fast_force : tuple of sympy.Expr, n
         F and Phi, m x'' as in (1): times the mass, where one was given.
     vibration_force : tuple of sympy.Expr, n
-        The vibrational force: the mean of all forces less F, likewise.
+        The vibrational force: the mean of all forces minus F, likewise.
     """
 
     system: System
@@ -88,7 +88,7 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     for force, v in zip(slow, velocities, strict=True):
         if not identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
             raise WuchtError(
-                f"{fast} t stands outside of sines and cosines in the force on {v}: such a secular term has no mean",
+                f"{fast} t occurs outside of sines and cosines in the force on {v}: such a secular term has no mean",
                 code="secular",
             )
     if not any(h.frequencies for h in forces):
@@ -100,7 +100,7 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     shift = {v: v + r for v, r in zip(velocities, rate, strict=True)}
     means = []
     for v, a, phi in zip(velocities, slow, Phi, strict=True):
-        with explained(f"the mean force on {v} was not found"):
+        with explained(f"the mean force on {v} cannot be computed"):
             means.append(mean(a.xreplace(shift), THETA) + mean(along(phi, moving, change), THETA))
     lines, outputs = put_back(system, {s: s + e.xreplace({THETA: fast * TIME}) for s, e in zip(moving, change, strict=True)})
     accelerations = dict(zip(velocities, means, strict=True))
@@ -141,7 +141,7 @@ def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
         slope = sp.diff(argument, fast, TIME)
         rest = sp.expand(argument - slope * fast * TIME)
         if slope.free_symbols or fast in rest.free_symbols:
-            raise WuchtError(f"{a} in the force on {what} is no function of {fast} t and slow quantities", code="not-fast")
+            raise WuchtError(f"{a} in the force on {what} is not a function of {fast} t and slow quantities", code="not-fast")
         if not slope.is_Integer and not (isinstance(a, sp.exp) and (slope / sp.I).is_Integer):
             raise WuchtError(f"{a} in the force on {what} has not the period 2 pi in {fast} t", code="other-period")
         turned[a] = a.func(slope * THETA + rest)

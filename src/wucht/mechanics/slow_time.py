@@ -1,6 +1,6 @@
-"""What a right-hand side may not hold in its dependence on time and epsilon, or averaging over times 1/epsilon is wrong.
+"""Refusals of right-hand sides whose dependence on time and epsilon makes averaging over times 1/epsilon wrong.
 
-Each refusal is a ``WuchtError`` that says what to do: most often the slow thing becomes a state of its own.
+Each refusal is a ``WuchtError`` with a remedy: most often the slow quantity becomes an additional state.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ _KINKS = (sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.Piecewise, sp.floor,
 
 
 def refuse_unknown_parameter(system: System, small: sp.Symbol) -> None:
-    """Raises ``WuchtError`` where epsilon, or k, is none of the System's parameters."""
+    """Raises ``WuchtError`` where epsilon, or k, is not a parameter of the System."""
     if small in system.parameters:
         return
     if not isinstance(small, sp.Symbol):
         raise WuchtError(
-            f"{small!r} is no symbol: a parameter of the System is allowed, {', '.join(system.parameter_names) or 'none'}",
+            f"{small!r} is not a symbol: a parameter of the System is allowed, {', '.join(system.parameter_names) or 'none'}",
             code="no-symbol",
         )
     if small.name in system.parameter_names:
         raise WuchtError(
-            f"{small} is no parameter: the one of that name was made with other assumptions (real=True, positive=True, ...)",
+            f"{small} is not a parameter: the one of that name was made with other assumptions (real=True, positive=True, ...)",
             code="other-assumptions",
         )
     raise WuchtError(
-        f"{small} is no parameter of the System; {nearest(small.name, system.parameter_names)}", code="no-parameter"
+        f"{small} is not a parameter of the System; {nearest(small.name, system.parameter_names)}", code="no-parameter"
     )
 
 
@@ -53,9 +53,9 @@ def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) 
 
 
 def refuse_slow_time(rate: sp.Expr, leading: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> None:
-    """Raises ``WuchtError`` where a rate depends on epsilon t, which is no more small at t = 1/epsilon.
+    """Raises ``WuchtError`` where a rate depends on epsilon t, which is no longer small at t = 1/epsilon.
 
-    leading: the factor that is averaged, without epsilon: time outside of what turns evenly has its own refusal there.
+    leading: the averaged factor, without epsilon: time outside of evenly turning functions is refused separately there.
     """
     if small is not None and TIME in _without_waves(rate).free_symbols and TIME not in _without_waves(leading).free_symbols:
         raise WuchtError(
@@ -88,6 +88,6 @@ def refuse_kinks(rate: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> None:
 
 
 def _without_waves(e: sp.Expr) -> sp.Expr:
-    """The expression with a symbol for each function that turns evenly: what is left of time is something else."""
+    """The expression with a symbol for each function that turns evenly: any remaining time is another dependence."""
     bounded = [a for a, w in waves(e, TIME).items() if not isinstance(a, sp.exp) or (w / sp.I).is_real]
     return e.xreplace({a: sp.Dummy() for a in bounded})

@@ -28,8 +28,8 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
     Returns
     -------
     System
-        dx/dphi = epsilon f/w, in which ``TIME`` stands for the angle; a quadrature ``time`` is the time that passes. It holds
-        while the angle turns one way.
+        dx/dphi = epsilon f/w, in which ``TIME`` is the angle; a quadrature ``time`` is the elapsed time. It holds while the
+        angle turns one way.
 
     Raises
     ------

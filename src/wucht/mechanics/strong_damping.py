@@ -2,9 +2,10 @@
 
     x' = epsilon X(x, y, t),    y' = K(x) y + g(x, t) + epsilon Y(x, y, t),    K stable for every x.
 
-After a time O(ln(1/epsilon)) y is on a manifold over the slow x. With x held, it is the forced solution eta_0 of y' = K y + g;
-without g, as in 002, eta_0 = 0 (3.25). (A stable periodic solution in the place of a fixed point: Pontryagin and Rodygin, [59]
-of 002.) With the slow change of x and Y, y = eta_0(x, t) + epsilon eta_1(x, t), d eta_1/dt = K eta_1 + Y - (d eta_0/dx) X.
+After a time O(ln(1/epsilon)) y is on a manifold over the slow x. With x constant, it is the forced solution eta_0 of
+y' = K y + g; without g, as in 002, eta_0 = 0 (3.25). (A stable periodic solution in the place of a fixed point: Pontryagin and
+Rodygin, [59] of 002.) With the slow change of x and Y, y = eta_0(x, t) + epsilon eta_1(x, t),
+d eta_1/dt = K eta_1 + Y - (d eta_0/dx) X.
 On the manifold x' = epsilon X(x, eta_0, t) + epsilon^2 (dX/dy) eta_1 is a standard form, which is averaged: (3.24).
 """
 
@@ -28,7 +29,7 @@ from wucht.mechanics.trigonometric import explained, harmonics
 from wucht.system import TIME, System
 
 _SHORT = 100
-"""Operations up to which an expression is factored: that of a second order's would take minutes, and shorten little."""
+"""Operations up to which an expression is factored: second-order ones would take minutes, and shorten little."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +38,12 @@ class Damped:
 
     Attributes
     ----------
-    averaged : Averaged
-        Of the slow states; its System has outputs ``full.<state>`` for the damped ones too.
+    averaging : Averaging
+        Averaged equations of the slow states; their System has outputs ``full.<state>`` for the damped ones too.
     manifold : tuple of sympy.Expr, n
         eta_0(x, t).
     next : tuple of sympy.Expr
-        eta_1(x, t), where it is needed or the manifold is zero, else empty.
+        eta_1(x, t), where needed or where the manifold is zero, else empty.
     rates : sympy.ImmutableMatrix, n x n
         K(x).
     conditions : tuple of sympy.Expr
@@ -63,7 +64,7 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     Parameters
     ----------
     system : System
-    damped : sequence of sympy.Symbol, n
+    damped_states : sequence of sympy.Symbol, n
         States whose rates are K(x) y + g(x, t) at epsilon = 0.
     small : sympy.Symbol
         epsilon, a parameter.
@@ -73,7 +74,7 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
 
     Returns
     -------
-    Damped
+    StrongDamping
 
     Raises
     ------
@@ -87,7 +88,7 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     unknown = [s.name for s in damped if s not in system.states]
     if unknown or not damped or not slow:
         raise WuchtError(
-            f"damped states {', '.join(unknown) or 'none'}: some of {', '.join(system.state_names)}, not all",
+            f"damped states {', '.join(unknown) or 'none'}: must be some of {', '.join(system.state_names)}, not all",
             code="damped-states",
         )
     rate = {s: regular(sp.sympify(system.explicit(f)), small) for s, f in zip(system.states, system.derivatives, strict=True)}
@@ -152,7 +153,7 @@ def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
         if minor.is_nonpositive or (minor.is_number and not minor.evalf() > 0):
             raise WuchtError(
                 f"the matrix K = {matrix.tolist()} of the damped states is not stable (Hurwitz: {minor} > 0 does not hold): "
-                "what is not damped cannot be put on a slow manifold",
+                "undamped states have no slow manifold",
                 code="unstable",
             )
         if not minor.is_positive:
@@ -200,7 +201,7 @@ def _forced(
 
 
 def _solved(matrix: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
-    """The solution of matrix * a = right, in lowest terms where that is quickly obtained."""
+    """The solution of matrix * a = right, in lowest terms where these are cheap to compute."""
     determinant = sp.factor(matrix.det())
     numerators = matrix.adjugate() * right
     return numerators.applyfunc(lambda e: sp.factor(e / determinant) if e.count_ops() <= _SHORT else e / determinant)

@@ -18,12 +18,12 @@ from wucht.mechanics.zero_testing import SAME, cancels, identically_zero
 
 
 class NotTrigonometricError(WuchtError):
-    """The expression is no polynomial in sines and cosines of multiples of the variable."""
+    """The expression is not a polynomial in sines and cosines of multiples of the variable."""
 
 
 @contextmanager
 def explained(what: str) -> Iterator[None]:
-    """Puts what could not be done before the reason in an error."""
+    """Prefix errors with the action that failed."""
     try:
         yield
     except WuchtError as error:
@@ -38,7 +38,7 @@ NOTHING = (sp.S.Zero, sp.S.Zero)
 TURNING = (sp.sin, sp.cos, sp.tan, sp.cot, sp.sec, sp.csc, sp.exp)
 _AMPLITUDES = {sp.cos: (sp.S.One, sp.S.Zero), sp.sin: (sp.S.Zero, sp.S.One), sp.exp: (sp.S.One, sp.I)}
 _SHORT = 200
-"""Operations up to which a coefficient is expanded to see whether that makes it shorter."""
+"""Operations up to which a coefficient is expanded to check if that makes it shorter."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Harmonics:
 
     @property
     def oscillation(self) -> sp.Expr:
-        """What is left without the mean."""
+        """The expression minus its mean."""
         return self._expression(self.turning)
 
     @property
@@ -89,8 +89,8 @@ def tidy(expression: sp.Expr) -> sp.Expr:
 def harmonics(expression: sp.Expr, variable: sp.Symbol) -> Harmonics:
     """The expression as a trigonometric polynomial in the variable.
 
-    Raises ``WuchtError`` where the variable stands outside of sines and cosines (secular terms), and
-    ``NotTrigonometricError`` where it is no polynomial in them.
+    Raises ``WuchtError`` where the variable occurs outside of sines and cosines (secular terms), and
+    ``NotTrigonometricError`` where it is not a polynomial in them.
     """
     terms = nonzero(expansion(sp.sympify(expression), variable))
     return Harmonics(variable, {key: terms[key] for key in sorted(terms, key=lambda k: tuple(map(sp.default_sort_key, k)))})
@@ -128,11 +128,11 @@ def expansion(e: sp.Expr, t: sp.Symbol) -> Terms:
         return _wave(*key, *_AMPLITUDES[e.func])
     if e == t or (e.is_Pow and e.base == t):
         raise secular(t)
-    raise NotTrigonometricError(f"{e} is no polynomial in sines and cosines of {t}", code="no-polynomial")
+    raise NotTrigonometricError(f"{e} is not a polynomial in sines and cosines of {t}", code="no-polynomial")
 
 
 def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
-    """frequency and phase of an argument ``frequency t + phase``, both free of t, or None where it is none."""
+    """frequency and phase of an argument ``frequency t + phase``, both free of t, or None for other arguments."""
     argument = sp.expand(argument)
     frequency = sp.diff(argument, t)
     if t in frequency.free_symbols:
@@ -166,7 +166,7 @@ def common_period(frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
 def secular(t: sp.Symbol) -> WuchtError:
     """The error of a term that grows with t."""
     return WuchtError(
-        f"{t} stands outside of sines and cosines: such a secular term has no mean over {t}, or none that is uniform",
+        f"{t} occurs outside of sines and cosines: such a secular term has no mean over {t}, or none that is uniform",
         code="secular",
     )
 

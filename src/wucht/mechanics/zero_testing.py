@@ -1,8 +1,8 @@
-"""Whether an expression is zero whatever its symbols are, and whether two frequencies are the same.
+"""Tests whether an expression is identically zero, and whether two frequencies are the same.
 
 By values at points drawn at random: an analytic expression that is not zero everywhere is zero on a set of measure zero only,
-which such a point does not meet (Schwartz 1980, J. ACM 27, 701-717, for polynomials). What cancels is compared with what it
-is the sum of, in 40 digits.
+which such a point does not meet (Schwartz 1980, J. ACM 27, 701-717, for polynomials). A sum that cancels is compared with
+its terms, in 40 digits.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ SAME = 1e-12
 _EXACT, _DIGITS, _POINTS = 1e-20, 40, 4
 
 Point = dict[sp.Expr, tuple[mpmath.mpc, mpmath.mpf]]
-"""Expressions already evaluated at a point: the value of each, and the size of the largest terms that it is the sum of."""
+"""Expressions already evaluated at a point: the value of each, and the size of its largest terms."""
 
 
 @lru_cache(maxsize=4096)
 def identically_zero(e: sp.Expr, tolerance: float = _EXACT) -> bool:
-    """Whether the expression is zero for all values of its symbols that their assumptions allow.
+    """True if the expression is zero for all values of its symbols that their assumptions allow.
 
-    tolerance: what is left of a sum, relative to its terms, that counts as zero; ``SAME`` where it holds decimal numbers.
+    tolerance: a remainder of a sum, relative to its terms, that counts as zero; ``SAME`` where it holds decimal numbers.
     """
     if e.is_zero is not None or e.is_Symbol:
         return bool(e.is_zero)
@@ -41,7 +41,7 @@ def identically_zero(e: sp.Expr, tolerance: float = _EXACT) -> bool:
 
 
 def cancels(w: sp.Expr, v: sp.Expr, total: sp.Expr) -> bool:
-    """Whether two frequencies add up to no frequency. total: their sum, expanded."""
+    """True if two frequencies add up to zero. total: their sum, expanded."""
     if w.is_Integer and v.is_Integer:
         return bool(total == 0)
     if w.is_number and v.is_number:
@@ -59,7 +59,7 @@ def number(e: sp.Expr) -> mpmath.mpc:
 
 
 def _relative(e: sp.Expr, draw: random.Random) -> float | None:
-    """|e| over the size of the terms that it is the sum of, at a random point, or None where it has no value there."""
+    """|e| over the size of its terms, at a random point, or None where it has no value there."""
     with mpmath.workdps(_DIGITS):
         symbols = sorted(e.free_symbols, key=sp.default_sort_key)
         point: Point = {s: (value, abs(value)) for s, value in zip(symbols, (_drawn(s, draw) for s in symbols), strict=True)}

@@ -1,9 +1,9 @@
 """Schema: frozen tables with units, their keys and help texts, checking with located errors, units at the edge.
 
-A table with a length, as a part of a machine or a question has it:
+A table with a length, as of a part of a machine or a study:
 
->>> from wucht.schema import Described, keys_of, si
->>> class Spacer(Described):
+>>> from wucht.schema import TableModel, keys_of, si
+>>> class Spacer(TableModel):
 ...     length: float = si("m", "length", gt=0)
 >>> Spacer(length="20 mm").length
 0.02

@@ -1,4 +1,4 @@
-"""Tables and models checked key by key, with errors that state where: the tables of a file, and the parts built from them."""
+"""Tables and models checked key by key, with located errors: the tables of a file, and the parts built from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 def table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
-    """The sub-table ``key``. Raises ``InputError`` if it is missing or no table."""
+    """The sub-table ``key``. Raises ``InputError`` if it is missing or not a table."""
     value = document.get(key)
     if value is None:
         raise InputError(where, None, f"the table [{where}] is missing", code="missing")
@@ -36,7 +36,7 @@ def refuse_unknown(document: Mapping[str, Any], known: Iterable[str], where: str
 
 
 def fields_of(cls: type[BaseModel], given: bool = False) -> dict[str, FieldInfo]:
-    """The fields of a model by key; ``given``: only those that may be given."""
+    """The fields of a model by key; ``settable_only``: only those that may be given."""
     return {f.alias or name: f for name, f in cls.model_fields.items() if not (given and f.exclude)}
 
 
@@ -49,7 +49,7 @@ def unit_of(field: FieldInfo | None) -> Unit | None:
 
 
 def checked(cls: type[ModelT], document: Mapping[str, Any], where: str) -> ModelT:
-    """Build a pydantic model. Raises ``InputError`` with the first thing that is wrong."""
+    """Build a pydantic model. Raises ``InputError`` for the first fault."""
     refuse_unknown(document, fields_of(cls, given=True), where)
     try:
         return cls.model_validate(dict(document))
@@ -76,12 +76,12 @@ def text(document: Mapping[str, Any], key: str, where: str) -> str | None:
 
 
 def is_pairs(given: object) -> TypeGuard[Sequence[Sequence[Any]]]:
-    """Whether it is a list of pairs."""
+    """True if the value is a list of pairs."""
     return isinstance(given, list | tuple) and all(isinstance(p, list | tuple) and len(p) == 2 for p in given)
 
 
 def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[str]) -> str:
-    """The name under a key, one of those known. Raises ``InputError``: missing, misspelt, or no name at all."""
+    """The name under a key, one of those known. Raises ``InputError``: missing, misspelt, or not a name."""
     at, known = f"{where}.{key}", list(known)
     value = document.get(key)
     if value is None:
@@ -96,9 +96,9 @@ def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[st
 
 
 def located(cls: type[BaseModel], error: ValidationError, where: str, document: Mapping[str, Any]) -> InputError:
-    """The first thing that is wrong with a document, in words: which key, what was given, what is allowed.
+    """The first fault of a document as an error: which key, the given value, what is allowed.
 
-    A ``ValueError(key, sentence)`` of the model's own is a fault of that key.
+    A ``ValueError(key, sentence)`` raised by the model is a fault of that key.
     """
     first = error.errors(include_url=False)[0]
     kind, context, location, given = first["type"], first.get("ctx", {}), first["loc"], first["input"]
@@ -110,7 +110,7 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
         kind = "too_short"
     if place and isinstance(place[-1], int):  # an item of a list is reported with its list
         inner, place = cls, place[:-1]
-    if len(place) > 1 and inner is not cls:  # the fault lies in a table inside: seen from there
+    if len(place) > 1 and inner is not cls:  # the fault is in a table inside: located from there
         inside: Any = document
         for step in place[:-1]:
             inside = inside[step]
@@ -140,7 +140,7 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
 
 
 def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[BaseModel], list[int | str]]:
-    """The table in which a fault lies, and the way to its key from the outermost: names and numbers of tables inside."""
+    """The table with the fault, and the path to its key from the outermost: names and numbers of tables inside."""
     inner: type[BaseModel] | None = cls
     place: list[int | str] = []
     for step in location:

@@ -1,6 +1,6 @@
 """Tables with physical quantities: fields that are read with their units and checked when built, whatever builds them.
 
-Parts of machines and questions of studies are such tables. Built from a file or in Python, what is wrong is the same sentence.
+Parts of machines and specs of studies are such tables. Built from a file or in Python, they give the same error sentences.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from wucht.schema.checking import checked, fields_of, unit_of
 def si(
     unit: str, what: str, symbol: str = "", default: Any = ..., alias: str | None = None, help: str = "", **limits: Any
 ) -> Any:
-    """A field that holds a physical quantity: its SI unit, its name in words, its symbol in equations, its limits (gt, ge).
+    """A field that holds a physical quantity: its SI unit, long name, symbol in equations and limits (gt, ge).
 
-    help: what it does, where the name alone does not say it. As of every field, the name is its title and the help its
-    description; a field with a description alone has that for both.
+    help: an explanation where the name alone is not enough. As of every field, the name is its title and the help its
+    description; a field with a description alone uses that for both.
     """
     return Field(
         default, alias=alias, title=what, description=help or what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits
@@ -30,7 +30,7 @@ def si(
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a machine: its path, value, unit, symbol in equations and name in words."""
+    """A number of a machine: its path, value, unit, symbol in equations and long name."""
 
     path: str
     value: float
@@ -40,21 +40,21 @@ class Parameter:
 
     @property
     def words(self) -> str:
-        """What it is and whose, see ``in_words``."""
+        """Long name with the owner, see the function ``full_name``."""
         return in_words(self.path, self.what)
 
     @property
     def called(self) -> str:
-        """In a sentence: in words; one of a single name by that, which is a symbol."""
+        """Name in a sentence: the full name, or the path itself where it is a single symbol."""
         return self.words if "." in self.path else self.path
 
     def at(self, value: float, digits: int = 6) -> str:
-        """A value of it in a sentence: ``no-load speed of the drive = 143.7 rad/s``."""
+        """A value of the parameter in a sentence: ``no-load speed of the drive = 143.7 rad/s``."""
         return f"{self.called} = {value:.{digits}g} {self.unit}".rstrip()
 
 
 def in_words(path: str, what: str) -> str:
-    """What it is and whose: ``no-load speed of the drive`` for ``drive.no_load_speed``; of a bare name ``what`` alone."""
+    """Long name with the owner: ``no-load speed of the drive`` for ``drive.no_load_speed``; a bare name has no owner."""
     *owners, name = path.split(".")
     along = ""
     if owners and name in _AXES:
@@ -72,7 +72,7 @@ _PARTS = ("carrier", "drive", "load", "foundation")  # of which a machine has on
 
 
 def _whose(owners: list[str]) -> str:
-    """The part to which a parameter belongs, in words: ``drives.e1`` is the drive of e1."""
+    """The part to which a parameter belongs, as text: ``drives.e1`` is the drive of e1."""
     match owners:
         case ["tracks" | "mounts" as parts, of] | ["carrier", "mounts" as parts, of]:
             return f"{parts.removesuffix('s')} {of}"
@@ -93,7 +93,7 @@ else:
 
 
 class _Located(_Metaclass):
-    """Classes whose call raises ``InputError`` instead of pydantic's own error."""
+    """Classes whose call raises ``InputError`` instead of pydantic's error."""
 
     def __call__(self: Any, *values: Any, **fields: Any) -> Any:
         return checked(self, dict(zip(fields_of(self, given=True), values, strict=False)) | fields, self.where())
@@ -102,7 +102,7 @@ class _Located(_Metaclass):
 class Described(BaseModel, metaclass=_Located):
     """A table of a file, or the same built in Python: its quantities are numbers in SI, or strings with a unit.
 
-    Raises ``InputError`` for what is not allowed. Its JSON schema admits strings with a unit.
+    Raises ``InputError`` for invalid values. Its JSON schema admits strings with a unit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
@@ -111,7 +111,7 @@ class Described(BaseModel, metaclass=_Located):
 
     @classmethod
     def where(cls) -> str:
-        """Where a fault in Python lies."""
+        """Location of a fault in Python code."""
         return cls.kind or cls.__name__
 
     @field_validator("*", mode="before")
@@ -133,7 +133,7 @@ class Described(BaseModel, metaclass=_Located):
         return described
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
-        """The quantities given, as parameters ``path.field``, or ``field`` without a path.
+        """The given quantities as parameters ``path.field``, or ``field`` without a path.
 
         Pairs by component ``.x``, ``.y``; tables inside likewise.
         """

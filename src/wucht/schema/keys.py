@@ -1,4 +1,4 @@
-"""The keys of a table of a file, from its JSON schema: what each one is, its unit, default and limits."""
+"""The keys of a table of a file, from its JSON schema: description, unit, default and limits of each."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _LIMITS = (
 class Key:
     """One key. name: with the tables it is in, as ``motion.amplitude``; ``mounts[].at`` of each table of a list.
 
-    unit: SI; None where it is no quantity. needed: whether it must be given; default: else, None where it may be left out.
-    allowed: limits in SI, or the words that are known. what: it is, in words.
+    unit: SI; None where it is not a quantity. needed: the key must be given; default: else, None where it may be omitted.
+    allowed: limits in SI, or the known words. what: its description.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Key:
 
 
 class _Titled(GenerateJsonSchema):
-    """Titles are those that fields state, not made of their names."""
+    """Uses the titles of the fields, and makes none from their names."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:
         return False
@@ -50,7 +50,7 @@ def keys_of(cls: type[BaseModel]) -> tuple[Key, ...]:
 
 
 def _keys(table: Schema, defs: Schema, path: str, seen: tuple[str, ...]) -> Iterator[Key]:
-    """seen: the tables that this one is in, which may be in each other."""
+    """Keys of a table and of those inside. outer_tables: the tables around this one, which may be recursive."""
     for name, described in table.get("properties", {}).items():
         pairs = list(_forms(described))
         forms, default = [described, *(form for form, _ in pairs)], described.get("default")
@@ -65,7 +65,7 @@ def _keys(table: Schema, defs: Schema, path: str, seen: tuple[str, ...]) -> Iter
 
 
 def _forms(described: Schema) -> Iterator[tuple[Schema, bool]]:
-    """The ways in which a value may be given, without none at all; and whether it is a table in a list."""
+    """The ways in which a value may be given, without null; and True for a table in a list."""
     if several := described.get("anyOf") or described.get("oneOf") or described.get("allOf"):
         for form in several:
             yield from _forms(form)
@@ -76,7 +76,7 @@ def _forms(described: Schema) -> Iterator[tuple[Schema, bool]]:
 
 
 def _type(forms: Sequence[Schema]) -> str:
-    """In words, such as ``number or pair``."""
+    """Type as text, such as ``number or pair``."""
     words: dict[str, None] = {}
     numeric = any(form.get("type") == "number" for form in forms)
     for form in forms:
@@ -94,7 +94,7 @@ def _type(forms: Sequence[Schema]) -> str:
 
 
 def _allowed(forms: Sequence[Schema]) -> str:
-    """Limits, or the words that are known."""
+    """Limits, or the known words."""
     words = [str(w) for form in forms for w in (*form.get("enum", ()), *([form["const"]] if "const" in form else []))]
     if words:
         return ", ".join(dict.fromkeys(words))
@@ -103,5 +103,5 @@ def _allowed(forms: Sequence[Schema]) -> str:
 
 
 def _what(forms: Sequence[Schema]) -> str:
-    """In words, empty where the schema has none: the help, or the name that says all."""
+    """Description, empty where the schema has none: the help, or else the title."""
     return next((str(form[text]) for text in ("description", "title") for form in forms if text in form), "")

@@ -20,14 +20,14 @@ from wucht.errors import FieldError
 if TYPE_CHECKING:
     import pint
 
-# Of a value in SI. No quantity of mechanics comes near; products and quotients of several are numbers still.
+# Largest value in SI, beyond all quantities of mechanics; products and quotients of several still are finite numbers.
 LARGEST = 1e30
 SMALLEST = 1 / LARGEST
 
 
 @dataclass(frozen=True)
 class Unit:
-    """The SI unit of a field, what its value is called, and the symbol it has in printed equations."""
+    """The SI unit of a field, the long name of its value, and its symbol in printed equations."""
 
     si: str
     what: str
@@ -48,7 +48,7 @@ class Unit:
         return value
 
     def reads(self, given: object) -> bool:
-        """Whether it is a quantity of this kind, of whatever size."""
+        """True if the value is a quantity of this kind, of any size."""
         try:
             _parse(given, self.si, self.what)
         except ValueError:
@@ -56,7 +56,7 @@ class Unit:
         return True
 
     def positive(self, given: object) -> float:
-        """As ``parse``; what is greater than 0 must be so by ``SMALLEST``: other numbers are divided by it."""
+        """Parse as ``parse`` does; a positive value must be at least ``SMALLEST``, since other numbers are divided by it."""
         value = self.parse(given)
         if 0 < value < SMALLEST:
             raise FieldError(
@@ -84,16 +84,16 @@ _NUMBER = re.compile(
 _UNIT = re.compile(
     r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ .-]*|[°%](?:/[a-z]+)?"
 )  # begins with a letter: no second number, no decimal comma
-# What loggers write, in any case: Pint reads U as an enzyme unit, and 1/min does not say to it that turns are counted.
+# Units of loggers, in any case: Pint reads U as an enzyme unit, and does not take 1/min as turns.
 _TURNS = r"(?:u|umdr\.?|umdrehung(?:en)?|revs?)"
 _TURN = re.compile(_TURNS, re.IGNORECASE)
 _TURNS_A_MINUTE = re.compile(rf"rpm|upm|(?:{_TURNS}|r|1)?\s*/\s*min\.?|(?:{_TURNS}\s*)?min\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
 _TURNS_A_SECOND = re.compile(rf"(?:{_TURNS}|r)\s*/\s*s(?:ec|ek)?\.?", re.IGNORECASE)
-# What cannot be read as a number and a unit, and is told what to write instead.
+# Frequent mistakes in a number with a unit, for which the error names a remedy.
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*,\d")
 _DIGITS_APART = re.compile(r"\s*[+-]?\d+(?:[ '\u00a0\u2009\u202f]\d{3})+(?!\d)")
 _POWER_OF_TEN = re.compile(r"\s*(?:[+-]?[\d.]+\s*[*x·⋅×]?\s*)?10\s*(?:\^|\*\*)")
-# How units of mechanics are written that Pint does not know.
+# Spellings of units of mechanics that Pint does not know.
 _PRODUCT = re.compile(r"\s*[*·⋅]\s*|(?<=\w)\.(?=[^\W\d_])")
 _POWER = re.compile(r"(?<=[^\W\d_])([234])(?!\w)")
 _TO = r"(?:\^?[234])?"
@@ -124,7 +124,7 @@ def _parse(given: object, si: str, what: str) -> float:
 
 
 def _remedy(given: str, si: str) -> str:
-    """What to write in place of what cannot be read as a number and a unit."""
+    """Remedy for a text that cannot be read as a number and a unit."""
     if _DECIMAL_COMMA.match(given):
         return "write a decimal point, no comma"
     if _DIGITS_APART.match(given):
@@ -135,7 +135,7 @@ def _remedy(given: str, si: str) -> str:
 
 
 def _factor(unit: str, si: str, allowed: str) -> float:
-    """How many SI units a unit is. Raises ``ValueError`` for an unknown one, or one of another dimension."""
+    """Factor of a unit to SI. Raises ``ValueError`` for an unknown unit, or one of another dimension."""
     if si == "Hz":
         return _factor(unit, "rad/s", allowed) / (2 * math.pi)
     if (known := _of_loggers(unit, si)) is not None:
@@ -155,7 +155,7 @@ def _factor(unit: str, si: str, allowed: str) -> float:
     try:
         parsed: Any = _registry().parse_units(plain)
     except Exception:
-        # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user they are one thing.
+        # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user it is one error.
         raise FieldError(f"{allowed}; {unit!r} is no known unit", code="unknown-unit") from None
     try:
         factor = float(_registry().Quantity(1.0, parsed).to(si or "dimensionless").magnitude)
@@ -179,7 +179,7 @@ def _factor(unit: str, si: str, allowed: str) -> float:
 
 
 def _of_loggers(unit: str, si: str) -> float | None:
-    """How many SI units a unit of turns is that Pint does not know, or takes for another; None for other units."""
+    """Factor to SI of a unit of turns that Pint does not know or misreads; None for other units."""
     if si == "rad" and _TURN.fullmatch(unit):
         return 2 * math.pi
     if si in ("rad/s", "Hz") and _TURNS_A_MINUTE.fullmatch(unit):
@@ -190,7 +190,7 @@ def _of_loggers(unit: str, si: str) -> float | None:
 
 
 def _spelt_out(unit: str) -> str:
-    """The unit as SI writes it: factors apart, powers with ``^``, the names of Pint.
+    """The unit in SI spelling: factors apart, powers with ``^``, the names of Pint.
 
     ``Nms`` is N m s, not newton milliseconds; to Pint ``Nm`` is the fineness of a yarn, ``Grad`` 1e9 rad, ``grad`` a gradian.
     """
@@ -199,7 +199,7 @@ def _spelt_out(unit: str) -> str:
     return _POWER.sub(r"^\1", apart)
 
 
-# To load Pint takes as long as a run: a file with no other units than these does without.
+# Loading Pint takes as long as a run: a file with only these units does without.
 COMMON = {
     ("g", "kg"): 1e-3, ("mm", "m"): 1e-3, ("deg", "rad"): math.pi / 180, ("rpm", "rad/s"): 2 * math.pi / 60,
     ("Hz", "rad/s"): 2 * math.pi,

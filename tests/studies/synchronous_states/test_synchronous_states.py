@@ -134,7 +134,7 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
     closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0, 60_000)
     assert [s.dimension for s in closed] == [1, *[0] * 8]
     assert not searched.complete
-    assert "not decided" in searched.shown
+    assert "remain undecided" in searched.shown
     assert same(closed[1:], searched.states)
 
 
@@ -169,7 +169,7 @@ def test_five_exciters_are_not_shown_complete() -> None:
     m = exciters(5, 99.9)
     summary = answer(m, full=False)
     assert not summary["complete"]
-    assert "it is not shown that no state is missing" in summary["shown"]
+    assert "completeness is not proved" in summary["shown"]
     assert "their indices add up to 0, as they must" in summary["shown"]
     assert len(summary["states"]) == 12
     torques = SteadyTorques.of(m)
@@ -521,7 +521,7 @@ def test_a_torque_that_ends_leaves_the_speed_that_is_reached() -> None:
     for state in (first, second):
         assert state["speed"] == 200.0
         assert (state["verdict"], state["indifferent"]) == ("stable", True)
-        assert state["why"].startswith("no torque is left from here on: all greater speeds are as good")
+        assert state["why"].startswith("no torque acts from this speed on: all greater speeds are steady too")
     assert not any(s["indifferent"] for s in summary["states"] if s["name"] != "compensating")
     beyond = machine(0.012, 0.008, drive=table | {"points": [*table["points"], [250, 0], [260, -5]]})
     # Interpolated smoothly it comes to zero with the square of the distance, to rounding a little earlier.
@@ -565,7 +565,7 @@ def test_no_state_lies_at_an_undamped_resonance() -> None:
     summary = answer(undamped(), full=False)
     assert [s["speed"] for s in summary["states"]] == pytest.approx([40.2 / 0.404] * 2, rel=1e-12)
     assert summary["complete"]
-    assert "(but for 23.57, where the undamped vibration is infinite)" in summary["shown"]
+    assert "(except 23.57, where the undamped vibration is infinite)" in summary["shown"]
     torques = SteadyTorques.of(undamped())
     (pole,) = torques.poles(0.1, 101.0)
     assert pole == pytest.approx(math.sqrt(5e4 / 90))

@@ -1,8 +1,8 @@
 """Stability of steady phase configurations in the averaged equations, of one state and over speed and unbalance ratio.
 
 J theta'' + B theta' = tau(theta') + V(theta_0', alpha), linearised about equal speeds and steady phases; or the equations
-without the inertia of the balancing bodies. What belongs to a family of states, or to an interval of speeds without torque,
-neither grows nor decays and is left out.
+without the inertia of the balancing bodies. Perturbations along a family of states, or along an interval of speeds without
+torque, neither grow nor decay: they are omitted.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ REGIONS = ("compensating", "together, adding", "together, reducing", "opposed")
 
 @dataclass(frozen=True)
 class Stability:
-    """stable: None where it is undecided. exponents: (k,), complex, the fastest growing first. reason: why it is undecided, or
-    what is to be known beside.
+    """Stability of a state. stable: None where it is undecided. exponents: (k,), complex, the fastest growing first.
+
+    reason: why it is undecided, or a remark.
     """
 
     stable: bool | None
@@ -34,14 +35,14 @@ class Stability:
 
     @classmethod
     def undecided(cls, reason: str) -> Stability:
-        """Without exponents."""
+        """An undecided stability without exponents."""
         return cls(None, np.empty(0, complex), reason)
 
     @classmethod
     def of_exponents(cls, exponents: np.ndarray, neutral: float, reason: str) -> Stability:
-        """By the largest real part. neutral: below it nothing grows or decays; reason: what is reported then."""
+        """Stability by the largest real part. neutral: below it an exponent counts as zero, and ``reason`` is reported."""
         if not np.isfinite(exponents).all():
-            return cls(None, exponents, "it cannot be computed here")
+            return cls(None, exponents, "the exponents cannot be computed here")
         if len(exponents) and abs(exponents[0].real) <= neutral:
             return cls(None, exponents, reason)
         return cls(bool((exponents[:1].real < 0).all()), exponents)
@@ -64,7 +65,7 @@ class AveragedStability:
         return Jacobian.of(self.averaged.system)
 
     def stability(self, state: State) -> Stability:
-        """Of a state, transverse to its family."""
+        """Stability of a state, transverse to its family."""
         exponents = self.exponents(state, state.phases[:, None])[0]
         neutral = NEUTRAL * float(np.abs(exponents).max(initial=0.0))
         return Stability.of_exponents(exponents, neutral, "neither grows nor decays")
@@ -72,7 +73,7 @@ class AveragedStability:
     def exponents(self, state: State, phases: np.ndarray) -> np.ndarray:
         """The exponents (N, k) of members (n, N) of a state's family, transverse to it, the fastest growing first.
 
-        Not numbers where the equations are singular.
+        NaN where the equations are singular.
         """
         speed, averaged = state.inside.speed, self.averaged
         if averaged.inertia and averaged.order == 1:
@@ -105,7 +106,7 @@ def averaged_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.nda
 
 
 def held_stability(held: SteadyTorques, speeds: np.ndarray, phases: np.ndarray, dimension: int) -> np.ndarray:
-    """Whether steady phases (n, N) at speeds (N,), at which the main rotor is held, are stable across their family (N,)."""
+    """True (N,) where steady phases (n, N) at fixed speeds (N,) of the main rotor are stable across their family."""
     exponents = transverse(np.linalg.eigvals(averaged_matrices(held, speeds, phases)), dimension)
     return np.asarray(exponents.real.max(axis=1) < -NEUTRAL * np.abs(exponents).max(axis=1))
 
@@ -118,9 +119,9 @@ def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Regions:
-    """speed (N,) in the main rotor's own sense, ratio (M,), and whether a state of each region is stable (4, M, N).
+    """Stability (4, M, N) of a state of each region over speed (N,), in the main rotor's sense, and ratio (M,).
 
-    ratio: of the unbalance of all balancing bodies together to the rotor's. ``exists`` likewise: whether there is one.
+    ratio: of the unbalance of all balancing bodies together to the rotor's. ``exists`` likewise: True where there is a state.
     """
 
     speed: np.ndarray
@@ -130,13 +131,13 @@ class Regions:
 
     @classmethod
     def joined(cls, tiles: Sequence[Regions]) -> Regions:
-        """Tiles of the same speeds, in the order of their ratios."""
+        """Join tiles of the same speeds, in the order of their ratios."""
         stable, exists = (np.concatenate([getattr(t, name) for t in tiles], axis=1) for name in ("stable", "exists"))
         return cls(tiles[0].speed, np.concatenate([t.ratio for t in tiles]), stable, exists)
 
 
 def regions(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray) -> Regions:
-    """The regions at speeds (N,) and ratios (M,), the main rotor held at each speed; the inertia of the bodies is kept."""
+    """The regions at speeds (N,) and ratios (M,), the main rotor fixed at each speed; the inertia of the bodies is kept."""
     stable, exists = np.zeros((2, len(REGIONS), len(ratios), len(speeds)), bool)
     for row, ratio in enumerate(ratios):
         held = torques.held(float(speeds[0])).with_ratio(ratio)
@@ -147,7 +148,7 @@ def regions(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray) -> R
 
 
 def _states(torques: SteadyTorques, speeds: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray, int]]:
-    """Region, phases (n, N), where there is such a state (N,), and the dimension of its family."""
+    """Region, phases (n, N), existence of such a state (N,), and the dimension of its family."""
     for phases, dimension, _ in compensating(torques, spread=False)[:1]:
         yield 0, np.repeat(phases[:, None], len(speeds), axis=1), np.ones(len(speeds), bool), dimension
     c = torques.coefficients

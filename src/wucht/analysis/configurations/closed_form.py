@@ -1,14 +1,14 @@
 """Steady phase configurations in closed form: all balancing bodies of one rotor, and any two bodies.
 
-Bodies that excite the carrier alike (E_i = c_i e, f_i = |c_i|) and have no torques of their own stay where Im[exp(i alpha_i)
+Bodies that excite the carrier alike (E_i = c_i e, f_i = |c_i|) and have no shaft torques are steady where Im[exp(i alpha_i)
 conj(a S)] = 0 with a = e^H H e = |a| exp(i eta) and S = sum f_k exp(i alpha_k): either S = 0 (the unbalances compensate each
-other), or every one lies at beta or opposite, S = f_0 + g exp(i beta), g = sum +-f_i, and
+other), or each one is at beta or opposite, S = f_0 + g exp(i beta), g = sum +-f_i, and
 
     sin(beta - eta) = (g/f_0) sin(eta):
 
-two beta for each choice of signs, where there are any. No other phases stay, whatever the number of bodies. Without damping
+two beta for each choice of signs, where there are any. No other phases are steady, for any number of bodies. Without damping
 (eta = 0 or pi) this is 000 (43)-(48) and 001, table 1; for two equal bodies 002 (5.5)-(5.15). Two bodies of which the second
-has a torque tau_1 of its own have one phase, and |a_10| sin(alpha - arg a_10) = 2 tau_1/w^4 + Im a_11: 001 (35).
+has a shaft torque tau_1 have one phase, and |a_10| sin(alpha - arg a_10) = 2 tau_1/w^4 + Im a_11: 001 (35).
 
 The force polygon closes, 000 (36)-(44): two bodies close a triangle with the rotor's unbalance; n bodies have n - 2
 parameters left.
@@ -28,19 +28,19 @@ from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
 from wucht.numerics.zeros_and_peaks import RealFunction, crossings, first_where
 
-EVEN = 1e-9  # relative: sides of the force polygon of which the longest is all others together leave no polygon
+EVEN = 1e-9  # relative: if the longest side equals all others together, there is no polygon
 _REPELLING = 200  # steps in which bodies of a family move apart
-_CLOSE = np.geomspace(1e-13, 0.3, 60)  # of a range of speeds: how near its ends the torques are looked at
-_ZOOM, _LEVELS = 41, 8  # points and number of the looks at an extremum that comes near zero
+_CLOSE = np.geomspace(1e-13, 0.3, 60)  # of a range of speeds: distances of samples from its ends
+_ZOOM, _LEVELS = 41, 8  # points and number of refinements at an extremum near zero
 _PAST_THE_BREAKPOINT = 1e-6  # of a speed
-_BESIDE = 1e-9  # of a speed: whether a torque is zero there too
+_BESIDE = 1e-9  # of a speed: distance of neighbours that tell an isolated zero
 
 
 def compensating(torques: SteadyTorques, spread: bool = True) -> list[tuple[np.ndarray, int, int]]:
-    """Phases (n,) that compensate, S = 0: with the dimension of their family and their multiplicity.
+    """Phases (n,) at which the unbalances compensate, S = 0: with the dimension of their family and their multiplicity.
 
     Two bodies: 000 (42)-(44), both triangles (one, if the bodies are equal). More: one member of the family. None where the
-    polygon of the forces does not close, 000 (41). spread: whether that member is one with the bodies far apart.
+    polygon of the forces does not close, 000 (41). spread: choose a member with the bodies far apart.
     """
     c = torques.coefficients
     if c is None or torques.size < 3:
@@ -96,13 +96,13 @@ def _crowding(at: np.ndarray) -> float:
 
 
 def _closing(sizes: np.ndarray, at: np.ndarray) -> np.ndarray | None:
-    """The angles (n,) near these at which the sides close, None where Newton's steps do not get to any."""
+    """The angles (n,) near these at which the sides close, None where Newton's method does not converge."""
     closed = _closed(sizes, at[:, None])
     return closed[:, 0] if closed.size else None
 
 
 def _closed(sizes: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """The angles (n, k) near some of these (n, N) at which the sides close, by Newton's shortest steps."""
+    """The angles (n, k) near these (n, N) at which the sides close, by shortest Newton steps, where they converge."""
     at, sizes = starts.copy(), sizes[:, None]
     for _ in range(60):
         left = (sizes * np.exp(1j * at)).sum(axis=0)
@@ -126,11 +126,11 @@ def members(torques: SteadyTorques, count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class State:
-    """Steady phases (n,) to the main rotor (its own is 0) at a speed, in the bodies' own senses.
+    """Steady phases (n,) relative to the main rotor (whose phase is 0) at a speed, in the bodies' senses.
 
-    dimension: of the family it stands for, 0 for an isolated state. multiplicity: how many states it is, equal bodies being
-    exchanged. beside: 0 or 1 for bodies that are in line, by the side they are on; empty for others. indifferent: from this
-    speed on no torque is left, so that all greater speeds are as good.
+    dimension: of the family it represents, 0 for an isolated state. multiplicity: number of states it represents, equal bodies
+    being exchanged. sides: 0 or 1 for bodies in line, by the side they are on; else empty. is_indifferent: from this speed on
+    no torque acts, so that all greater speeds are steady too.
     """
 
     speed: float
@@ -142,12 +142,12 @@ class State:
 
     @property
     def neutral(self) -> int:
-        """In how many directions a neighbour of it is as good: along its family, and to greater speeds."""
+        """Number of directions in which neighbours are steady too: along its family, and to greater speeds."""
         return self.dimension + int(self.indifferent)
 
     @property
     def inside(self) -> State:
-        """The same, but where greater speeds are as good a little faster: past the breakpoint of the characteristic."""
+        """The same state; if it is indifferent, a little faster: past the breakpoint of the characteristic."""
         return replace(self, speed=self.speed * (1 + _PAST_THE_BREAKPOINT)) if self.indifferent else self
 
 
@@ -155,7 +155,8 @@ class State:
 class PhaseBranch:
     """Steady phases over the speed: beta = eta + arcsin(q), or the other angle with this sine, plus each body's ``shift``.
 
-    level: eta and q (N,) at speeds (N,); states exist where |q| <= 1. shift: (n,), that of the main rotor is not used.
+    level: eta and q (N,) at speeds (N,); states exist where |q| <= 1. is_supplementary: the other angle with this sine.
+    shift: (n,), that of the main rotor is not used.
     """
 
     level: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -165,7 +166,7 @@ class PhaseBranch:
     beside: tuple[int, ...] = ()
 
     def phases(self, speeds: np.ndarray) -> np.ndarray:
-        """alpha (n, N), not a number where there is no such state."""
+        """alpha (n, N), NaN where there is no such state."""
         eta, q = self.level(speeds)
         angle = np.arcsin(np.where(np.abs(q) <= 1 + 1e-14, np.clip(q, -1, 1), np.nan))
         phases: np.ndarray = self.shift[:, None] + (eta + (np.pi - angle if self.other else angle))[None]
@@ -177,13 +178,13 @@ class PhaseBranch:
         return np.asarray(1 - np.abs(self.level(speeds)[1]))
 
     def states(self, speeds: np.ndarray) -> list[State]:
-        """Those at the speeds at which it exists."""
+        """States at those of the speeds at which the branch exists."""
         every = zip(speeds, self.phases(speeds).T % (2 * math.pi), strict=True)
         return [State(float(w), at, 0, self.multiplicity, self.beside) for w, at in every if np.isfinite(at).all()]
 
 
 def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
-    """All branches of bodies in line, or of two bodies. speeds: at which they will be asked for."""
+    """All branches of bodies in line, or of two bodies. speeds: at which they will be evaluated."""
     if torques.coefficients is None or not torques.idle(speeds):
         level = partial(_level_of_two, torques)
         return [PhaseBranch(level, other, np.zeros(2)) for other in (False, True)]
@@ -193,7 +194,7 @@ def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
         name = torques.names[1 + int(sizes[1:].argmin())]
         raise InputError("machine", None, f"{name} has no unbalance: nothing fixes its phase", code="no-unbalance")
     if sizes[0] <= EVEN * sizes.max():
-        return []  # in line behind a balanced rotor they would be dragged: only what compensates stays
+        return []  # in line on a balanced rotor they would be dragged: only compensating states are steady
     return [
         PhaseBranch(
             partial(_level_in_line, torques, g / sizes[0]), other, np.pi * side - np.angle(c), many, tuple(side[1:].tolist())
@@ -204,9 +205,9 @@ def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
 
 
 def patterns(torques: SteadyTorques) -> Iterator[tuple[np.ndarray, float, int, bool]]:
-    """All ways to put bodies in line: the side of each (n,), g, how many it stands for, and whether it is its own opposite.
+    """All ways to put bodies in line: the side of each (n,), g, its multiplicity, and True if it equals its opposite.
 
-    Equal bodies are not distinguished. Turning the line by half a turn exchanges the sides: of both ways one is given.
+    Equal bodies are not distinguished. Turning the line by half a turn exchanges the sides: one of the two is given.
     """
     assert torques.coefficients is not None
     lengths = [len(members) for members in torques.classes]
@@ -221,7 +222,7 @@ def patterns(torques: SteadyTorques) -> Iterator[tuple[np.ndarray, float, int, b
 
 
 def pattern_count(torques: SteadyTorques) -> int:
-    """In how many ways bodies can be in line, equal ones not distinguished; both sides of the line counted."""
+    """Number of ways in which bodies can be in line, equal ones not distinguished; both sides of the line counted."""
     return math.prod(len(members) + 1 for members in torques.classes)
 
 
@@ -254,9 +255,9 @@ def over_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[State]:
 
 
 def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float, bool]]:
-    """The speeds on a grid (N,) at which the bodies' own torques are in balance, and whether they still are beyond it.
+    """The speeds on a grid (N,) at which the bodies' shaft torques balance, and True where they also do beyond it.
 
-    Of an interval without torque its lower end, the speed that is reached.
+    For an interval without torque its lower end is returned, the speed that is reached.
     """
 
     def left(w: np.ndarray) -> np.ndarray:
@@ -278,7 +279,7 @@ def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float
 
 
 def _speeds_of(torques: SteadyTorques, branch: PhaseBranch, grid: np.ndarray) -> np.ndarray:
-    """Where the main rotor's own torque balances too."""
+    """Speeds of a branch at which the main rotor's torque balances too."""
 
     def left(w: np.ndarray) -> np.ndarray:
         return np.asarray(torques.residual(w, branch.phases(w))[0])
@@ -300,7 +301,7 @@ def zeros_of(function: RealFunction, grid: np.ndarray) -> np.ndarray:
     values = function(grid)
     size = np.abs(values)
     lowest = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)
-    # Between three samples a smooth curve goes less below the lowest than the others stand above it.
+    # Between three samples a smooth curve falls less below the lowest than the others are above it.
     dips = np.flatnonzero(lowest & (2 * size[1:-1] <= np.maximum(size[:-2], size[2:]))) + 1
     fine = [grid]
     for i in dips:

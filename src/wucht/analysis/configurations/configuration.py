@@ -1,4 +1,4 @@
-"""A steady phase configuration: its name, what is left of the unbalance, and its stability."""
+"""A steady phase configuration: its name, its residual unbalance, and its stability."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from wucht.numerics.angles import wrapped
 
 NAMES = ("compensating", "together", "opposed")
 TYPES: dict[str | None, str] = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
-_NOTHING_LEFT = 1e-9  # of all unbalances: what is left where they compensate
-_IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
+_NOTHING_LEFT = 1e-9  # of all unbalances: the residual where they compensate
+_IN_LINE = math.cos(math.pi / 4)  # two bodies further from one direction have no name
 _NEAR = 2 * math.sin(math.pi / 8)  # the chord of the same angle: several rotors within it are together
 _SAMPLES = 64  # members of a family
 STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (
     "stable", "stable in the averaged equations only", "unstable", "unstable in the averaged equations only", "undecided",
 )  # fmt: skip
-_BEYOND = "no torque is left from here on: all greater speeds are as good, and this is the one that is reached"
+_BEYOND = "no torque acts from this speed on: all greater speeds are steady too, and this is the one that is reached"
 
 
 def residual_unbalance(torques: SteadyTorques, own: np.ndarray, phases: np.ndarray) -> float | None:
-    """The unbalance that is left of the bodies' own (n,) in phases (n,); None where bodies are not on one axis."""
+    """The residual of the bodies' unbalances (n,) at phases (n,); None where bodies are not on one axis."""
     if not torques.in_line:
         return None
     left = float(abs((own * np.exp(1j * phases)).sum()))
@@ -36,7 +36,7 @@ def residual_unbalance(torques: SteadyTorques, own: np.ndarray, phases: np.ndarr
 
 
 def name_of(torques: SteadyTorques, state: State, residual: float | None) -> str | None:
-    """What a state is called, one of ``NAMES``, None where it has no name. residual: the unbalance that it leaves."""
+    """Name of a state, one of ``NAMES``, None where it has no name. residual: its residual unbalance."""
     t = torques
     if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
         return "compensating"
@@ -56,9 +56,9 @@ def type_of(torques: SteadyTorques, name: str | None) -> str | None:
 
 @dataclass(frozen=True)
 class Configuration:
-    """A state, described and judged. phases: by body, as in the contract.
+    """A steady phase configuration with its stability. phases: by body, as in the contract.
 
-    share: of the rotor's unbalance that is left. stable_share: of the family. overlapping: bodies of one track are in each
+    share: residual unbalance over the rotor's. stable_share: of the family. overlapping: bodies of one track are in each
     other's place. throw: of the carrier. disagreement: why the slow and the full equations disagree.
     """
 
@@ -79,27 +79,27 @@ class Configuration:
 
     @property
     def verdict(self) -> str:
-        """From the full equations, or from the slow ones alone where those do not decide."""
+        """Verdict of the full equations, or of the slow ones alone where the full ones do not decide."""
         if self.full.stable is not None:
             return STABLE if self.full.stable else UNSTABLE
         return UNDECIDED if self.slow.stable is None else STABLE_SLOW if self.slow.stable else UNSTABLE_SLOW
 
     @property
     def why(self) -> str | None:
-        """Why the equations disagree, or one of them does not decide, and what is to be known beside."""
+        """Reason why the equations disagree or one of them does not decide, and remarks."""
         reasons = (_BEYOND if self.state.indifferent else "", self.disagreement or self.slow.reason or self.full.reason)
         return "; ".join(r for r in reasons if r) or None
 
     @property
     def rank(self) -> tuple[int, float, float]:
-        """By which configurations are sorted: those that compensate first, then by what is left."""
+        """Key by which configurations are sorted: those that compensate first, then by residual unbalance."""
         return (*NAMES, None).index(self.name), -1.0 if self.residual is None else self.residual, self.speed
 
 
 class Describer:
     """Describes the states of a machine's averaged equations, without the full ones.
 
-    own: unbalances (n,) in the order of the torques; order: place of each body of the machine among these.
+    body_unbalances: (n,) in the order of the torques; order: place of each body of the machine among these.
     """
 
     def __init__(self, slow: AveragedStability) -> None:
@@ -109,7 +109,7 @@ class Describer:
         self.forced = Forced.of(self.machine, np.zeros(len(self.order)))
 
     def described(self, state: State, full: Stability) -> Configuration:
-        """The configuration of a state. full: what is known from the full equations."""
+        """The configuration of a state. full: its stability in the full equations."""
         t, (slow, share) = self.torques, self._stability(state)
         left = residual_unbalance(t, self.own, state.phases)
         name = name_of(t, state, left)
@@ -124,7 +124,7 @@ class Describer:
         )  # fmt: skip
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:
-        """From the averaged equations; of a family, as far as members agree, and the share of the stable ones."""
+        """Stability in the averaged equations; of a family, as far as members agree, and the share of stable members."""
         stability = self.slow.stability(state)
         if not state.dimension:
             return stability, None
@@ -135,9 +135,10 @@ class Describer:
         return stability, share
 
     def _phases(self, state: State) -> dict[str, float]:
-        """Of a balancing body: its angle less that of its rotor, counter-clockwise.
+        """Phases by body.
 
-        Of another rotor: its angle less that of the main one, each in its own sense.
+        Of a balancing body: its angle minus that of its rotor, counter-clockwise. Of another rotor: its angle minus that of the
+        main one, each in its sense.
         """
         t, phases = self.torques, state.phases
         return {

@@ -1,9 +1,9 @@
 """Stability of steady phase configurations in the full equations: by eigenvalues in a turning frame, or by multipliers.
 
 The motion with steady phases is an equilibrium in the frame that turns with the main rotor, or else a periodic orbit, whose
-multipliers mu grow or decay by ln(mu)/T: ``synchronous_motion``. What belongs to a family of states, to an interval of speeds
-without torque, and to the phase of the rotation itself, neither grows nor decays and is left out.
-Something small, as gravity, may break a family: then its members creep along it, and it is judged across it.
+multipliers mu grow or decay by ln(mu)/T: ``synchronous_motion``. Perturbations along a family of states, along an interval of
+speeds without torque, and in the phase of the rotation itself neither grow nor decay: they are omitted.
+A small effect, as gravity, may break a family: then its members creep along it, and stability is judged across it.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from wucht.numerics.orbits import PeriodicOrbit
 NEUTRAL = 1e-7  # ln|mu| of a multiplier on the unit circle: the accuracy of those that come from an integration
 _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is another one
 _REPEATS = 1e-10  # of the states' sizes: a motion that misses itself by more after a turn creeps
-_SLOWER = 0.1  # of the slowest rate across a broken family: what is slower belongs to the creeping along it
-_NEXT_ORDER = 5  # bodies: with more it takes a minute to write the averaged equations of the next order
+_SLOWER = 0.1  # of the slowest rate across a broken family: slower rates belong to the creeping along it
+_NEXT_ORDER = 5  # bodies: with more it takes a minute to derive the averaged equations of the next order
 _OWN = 0.05  # relative: a multiplier's frequency this near to that of the carrier's vibration belongs to it
 
 
@@ -37,7 +37,7 @@ _OWN = 0.05  # relative: a multiplier's frequency this near to that of the carri
 class FullStability:
     """The full equations of a machine, compiled once for all its states, and why averaged ones disagree with them.
 
-    inertia: whether the averaged equations have that of the balancing bodies. Contacts on tracks are left out, as in those.
+    inertia: the averaged equations keep that of the balancing bodies. Contacts on tracks are neglected, as in those.
     """
 
     torques: SteadyTorques
@@ -51,12 +51,12 @@ class FullStability:
 
     @property
     def machine(self) -> Machine:
-        """Without contacts."""
+        """The machine without contacts."""
         return self.motions.machine
 
     @property
     def flow(self) -> CompiledSystem:
-        """Its equations of motion."""
+        """The machine's equations of motion."""
         return self.motions.flow
 
     def stability(self, state: State) -> Stability:
@@ -73,21 +73,21 @@ class FullStability:
             return Stability.undecided(f"the nearest periodic motion of the full equations has {apart}")
         reason = "a multiplier lies on the unit circle"
         if (np.diag(self.machine.matrices[1]) == 0).any():
-            reason = "the carrier is not damped: its own vibration neither grows nor decays"
+            reason = "the carrier is not damped: its free vibration neither grows nor decays"
         across = Stability.of_exponents(motion.exponents, NEUTRAL / motion.period, reason)
         orbit = motion.orbit
         return across if orbit is None or orbit.residual <= _REPEATS else self._creeping(orbit, state, across)
 
     def _creeping(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
-        """Of a member of a family that does not repeat exactly."""
+        """Stability of a member of a family that does not repeat exactly."""
         moved = self._angles(orbit.creep(1 + state.neutral))
         turn = math.degrees(float(np.abs(moved - moved[0]).max()))
         by = " by gravity" if sp.sympify(self.machine.frame.gravity).xreplace(self.machine.numbers) else ""
         creep = f"the family is broken{by}: bodies creep along it, here by up to {turn:.2g} degrees a turn"
         along = np.sort(np.abs(orbit.multipliers - 1))[: 1 + state.neutral].max()
         if along > _SLOWER * float(np.abs(1 - np.abs(orbit.nontrivial(1 + state.neutral))).min(initial=np.inf)):
-            return Stability(None, across.exponents, f"{creep}, not much slower than what decays across it")
-        return replace(across, reason=f"{creep}; judged is what grows or decays across it") if not across.reason else across
+            return Stability(None, across.exponents, f"{creep}, not much slower than perturbations decay across it")
+        return replace(across, reason=f"{creep}; stability is judged across it") if not across.reason else across
 
     @cached_property
     def _rows(self) -> list[int]:
@@ -95,15 +95,15 @@ class FullStability:
         return [self.machine.row(self.machine.body(name).coordinate.position) for name in self.torques.names]
 
     def _angles(self, state: np.ndarray) -> np.ndarray:
-        """The angles (n,) of the bodies, each in its own sense, in the order of the torques."""
+        """The angles (n,) of the bodies, each in its sense, in the order of the torques."""
         return np.asarray(self.torques.senses * state[self._rows])
 
     def orbit(self, state: State) -> PeriodicOrbit:
-        """The periodic motion near a state, of a family as far as it repeats. Raises ``WuchtError`` where none is found."""
+        """The periodic motion near a state, of a family as far as it repeats. Raises ``WuchtError`` where there is none."""
         return self.motions.orbit(self.start(state), state.speed, state.dimension)
 
     def start(self, state: State) -> np.ndarray:
-        """The state of the full equations (n,) that the slow ones have, when the main rotor's own angle is zero."""
+        """The state of the full equations (n,) that the slow ones have, when the main rotor's angle is zero."""
         t, w = self.torques, state.speed
         z = t.vibration.response(np.array([w]), state.phases)[0][0]
         values: dict[str, float] = {}
@@ -116,7 +116,7 @@ class FullStability:
 
     @cached_property
     def _second_order(self) -> AveragedStability | None:
-        """The averaged equations of the next order, None where they are not to be had."""
+        """The averaged equations of the next order, None where they cannot be derived."""
         if self.torques.size > _NEXT_ORDER:
             return None
         try:
@@ -131,7 +131,7 @@ class FullStability:
             return False
 
     def why(self, state: State, slow: Stability, full: Stability) -> str | None:
-        """Why the averaged and the full equations disagree: a sentence, None where they agree or one of them is undecided."""
+        """Sentence on why the averaged and full equations disagree, None where they agree or one of them is undecided."""
         if full.stable is None or slow.stable is None or full.stable == slow.stable or full.leading is None:
             return None
         rate, frequency = full.leading.real, abs(full.leading.imag)
@@ -143,20 +143,20 @@ class FullStability:
             what = f"a pair of multipliers{self._whose(state.speed, frequency)}" if pair else "a real multiplier"
             exact = f"{what} leaves the unit circle (growth {rate:.3g} {of_time})"
         if self._agrees_in_second_order(state, full):
-            return f"{exact}: the averaged equations take the carrier's vibration as steady; those of second order agree"
+            return f"{exact}: the averaged equations assume a steady vibration of the carrier; those of second order agree"
         moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self.torques.vibration.poles.real.max())
         undamped = "are not damped by anything outside the rotor"
         decay = f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0 else undamped
         return (
-            f"{exact}: the averaged equations take the carrier's vibration as steady, but its transients {decay}, while the "
+            f"{exact}: the averaged equations assume a steady vibration of the carrier, but its transients {decay}, while the "
             f"phases move with up to {moving:.3g} {of_time}"
         )
 
     def _whose(self, speed: float, frequency: float) -> str:
-        """Whose multipliers they are: once a turn a frequency of the carrier is seen less whole multiples of the speed."""
+        """Origin of multipliers: sampled once a turn, a frequency of the carrier appears minus multiples of the speed."""
         unit, own = self.torques.machine.units.speed, np.abs(self.torques.vibration.poles.imag)
         seen = np.abs(own - speed * np.round(own / speed))
         nearest = int(np.abs(seen - frequency).argmin())
         if abs(seen[nearest] - frequency) < _OWN * own[nearest]:
-            return f", those of the carrier's own vibration at about {own[nearest]:.4g} {unit}".rstrip() + ","
+            return f", those of the carrier's free vibration at about {own[nearest]:.4g} {unit}".rstrip() + ","
         return f" with the frequency {frequency:.4g} {unit}".rstrip()

@@ -1,8 +1,8 @@
-"""All steady phase configurations of a machine, in closed form where there is one, else searched; and how that is shown.
+"""All steady phase configurations of a machine, in closed form or by a search, with the evidence that they are all.
 
-There is none for several rotors and for bodies with torques of their own. Up to four bodies the torus of the phases, with the
-speed where the drive decides it, is searched completely by subdivision. With more Newton's method starts from many places: then
-it is not shown that no state is missing.
+There is no closed form for several rotors and for bodies with shaft torques. Up to four bodies the torus of the phases, with
+the speed where the drive decides it, is searched completely by subdivision. With more, Newton's method starts from many
+places: then completeness is not proved.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ MOST_BODIES = 4
 _SMALLEST = 1e-6  # of the ranges: smaller boxes are along a family, or around a state at a fold
 _BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
-_AGAIN = 6  # times that all starts, when their indices show that a state is missing
+_AGAIN = 6  # rounds of all starts, when their indices show that a state is missing
 _SAME = 1e-6  # rad, and share of the speed: two ends of Newton's method that are one state
 _SETTLED = 1e-10  # of the largest torque: where Newton's method has arrived
-_PATTERNS = 64  # ways to be in line for which the speeds are proved complete
+_PATTERNS = 64  # ways to be in line for which completeness of the speeds is proved
 _EQUAL_SPEEDS = 1e-6  # relative
 _POINTS = 1200  # of the grid of speeds
-_PROBES = 50  # speeds at which bodies must be without torques of their own
+_PROBES = 50  # speeds at which bodies must be without shaft torques
 
-Watch = Callable[[], None] | None  # called often; what it raises ends the search
+Watch = Callable[[], None] | None  # called often; an exception from it ends the search
 
 
 @dataclass(frozen=True)
 class Search:
-    """States, whether they are all, and how that was shown or why not."""
+    """States, completeness, and the evidence for it or the reason why it is not proved."""
 
     states: list[State]
     complete: bool
@@ -47,25 +47,25 @@ class Search:
 
 
 def all_states(torques: SteadyTorques, low: float, high: float, watch: Watch = None, prove: bool = True) -> Search:
-    """All states, each verified; the speed between low and high, in the main rotor's own sense, where it is not given.
+    """All states, each verified; the speed between low and high, in the main rotor's sense, where it is not fixed.
 
-    watch: called often; what it raises ends the search. prove: whether it is tried to show that closed forms miss no speed.
+    watch: called often; an exception from it ends the search. prove: try to prove that closed forms miss no speed.
     """
     if not in_closed_form(torques, low, high):
         searched = search(torques, low, high, watch)
     elif torques.given is not None:
         states = closed_form.at_speed(torques, torques.given)
-        searched = Search(states, True, "closed form: other phases than these do not stay")
+        searched = Search(states, True, "closed form: there are no other steady phases")
     else:
         searched = _over_speeds(torques, low, high, watch, prove)
     verified = [s for s in searched.states if torques.balanced(s.speed, s.phases)]
     if missed := len(searched.states) - len(verified):
-        return Search(verified, False, f"{searched.shown}; {missed} more do not fulfil the balance of the torques")
+        return Search(verified, False, f"{searched.shown}; {missed} more do not satisfy the torque balance")
     return searched
 
 
 def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
-    """Whether the phases are known in closed form at these speeds.
+    """True if the phases are known in closed form at these speeds.
 
     Raises ``InputError`` where a body has no unbalance, so that nothing fixes its phase.
     """
@@ -77,7 +77,7 @@ def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
 
 
 def _over_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch, prove: bool) -> Search:
-    """In closed form over the speed; the speeds compared with those that subdivision finds."""
+    """States in closed form over the speed; the speeds are compared with those from subdivision."""
     machine, sense = torques.machine, float(torques.senses[0])
     ends = (min(sense * low, sense * high), max(sense * low, sense * high))
     curves = TorqueCurves(machine, machine.rotor, Forced.of(machine, np.zeros(torques.size)), ends, _POINTS)
@@ -87,12 +87,12 @@ def _over_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch, 
     closed = sorted(s.speed for s in states if s.beside or torques.size == 2)
     speeds, proved = speeds_in_words(torques, low, high), _proved_speeds(torques, low, high, watch) if prove else None
     if proved is None or len(proved) != len(closed) or not np.allclose(proved, closed, rtol=_EQUAL_SPEEDS):
-        return Search(states, False, f"phases in closed form; {speeds} on a grid: it is not shown that no state is missing")
+        return Search(states, False, f"phases in closed form; {speeds} on a grid: completeness is not proved")
     return Search(states, True, f"phases in closed form; {speeds} by subdivision with bounds on the Jacobian")
 
 
 def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch) -> list[float] | None:
-    """The speeds of all states in line, by subdivision; None where it is not shown that these are all."""
+    """The speeds of all states in line, by subdivision; None where completeness is not proved."""
     if torques.size == 2:
         searched = by_subdivision(torques, low, high, watch=watch)
         return sorted(s.speed for s in searched.states) if searched.complete else None
@@ -101,7 +101,7 @@ def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch
 
 
 def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> Search:
-    """All states, the speed between low and high where it is not given."""
+    """All states, the speed between low and high where it is not fixed."""
     if torques.size <= MOST_BODIES:
         searched = by_subdivision(torques, low, high, watch=watch)
         if searched.complete:
@@ -115,7 +115,7 @@ def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None)
         total = index(torques, states) if given else 0
         if not total:
             break
-    shown = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: it is not shown that no state is missing"
+    shown = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: completeness is not proved"
     if given and total:
         shown += f"; their indices add up to {total} and not to 0: at least one is missing"
     elif given:
@@ -142,9 +142,9 @@ def index(torques: SteadyTorques, states: Sequence[State]) -> int:
 def by_subdivision(
     torques: SteadyTorques, low: float, high: float, most_boxes: int | None = None, watch: Watch = None
 ) -> Search:
-    """The same by subdivision alone, for up to four bodies. most_boxes: that are looked at, by default up to millions."""
+    """All states by subdivision alone, for up to four bodies. most_boxes: limit of their number, millions by default."""
     if not bounded(torques):
-        return Search([], False, "a drive or load has a characteristic that jumps: it is not shown that no state is missing")
+        return Search([], False, "a drive or load has a characteristic that jumps: completeness is not proved")
     searched = _zeros(torques, low, high, most_boxes or _BOXES[torques.size], watch)
     speeds, phases = OnTheTorus(torques).parted(np.concatenate([zeros.points for zeros in searched], axis=1))
     states = _grouped(torques, [State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)])
@@ -153,11 +153,11 @@ def by_subdivision(
     if all(zeros.complete for zeros in searched):
         return Search(states, True, f"{what} were searched by subdivision, {boxes} boxes, with bounds on the Jacobian")
     left = sum(zeros.undecided[0].shape[1] for zeros in searched)
-    return Search(states, False, f"{what} were searched by subdivision, but {left} of {boxes} boxes were not decided")
+    return Search(states, False, f"{what} were searched by subdivision, but {left} of {boxes} boxes remain undecided")
 
 
 def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int, watch: Watch) -> list[Zeros]:
-    """The states of each part of the range of speeds, or of the speed that is given."""
+    """The states of each part of the range of speeds, or of the fixed speed."""
     problem, n = OnTheTorus(torques), torques.size
     speeds = [([a], [b]) for a, b in torques.parts(low, high)] if torques.given is None else [([], [])]
     return [
@@ -170,17 +170,17 @@ def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int, wat
 
 
 def speeds_in_words(torques: SteadyTorques, low: float, high: float) -> str:
-    """The speeds that are searched."""
+    """The range of speeds searched, as text."""
     searched = f"speeds from {low:.4g} to {high:.4g} {torques.machine.units.speed}".rstrip()
     poles = ", ".join(f"{at:.5g}" for at in torques.poles(low, high))
-    return f"{searched} (but for {poles}, where the undamped vibration is infinite)" if poles else searched
+    return f"{searched} (except {poles}, where the undamped vibration is infinite)" if poles else searched
 
 
 def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> list[float] | None:
     """The speeds of all states of each of ``patterns``, by subdivision over the speed and the angle of the line.
 
-    The bodies in line are taken for one that excites with their sum and feels like the first. None where something stays
-    undecided.
+    The bodies in line are replaced by one that excites with their sum and responds like the first. None where something
+    remains undecided.
     """
     if not bounded(torques):
         return None
@@ -204,7 +204,7 @@ def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: Watch
 def from_many_starts(
     torques: SteadyTorques, low: float, high: float, known: Sequence[State], seed: int = 0, watch: Watch = None
 ) -> list[State]:
-    """The states that Newton's method finds, with those that are known. Other seeds give other starts."""
+    """The known states and those to which Newton's method converges. Other seeds give other starts."""
     problem, draw, n, states = OnTheTorus(torques), np.random.default_rng(seed), torques.size, list(known)
     for _ in range(_ROUNDS):
         if watch is not None:
@@ -237,7 +237,7 @@ def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.n
 
 
 def same_state(torques: SteadyTorques, state: State, other: State) -> bool:
-    """Whether two states are one, equal bodies being exchanged."""
+    """True if two states are the same, equal bodies being exchanged."""
     if abs(state.speed - other.speed) > _SAME * abs(state.speed):
         return False
     for members in torques.classes:
@@ -251,7 +251,7 @@ def same_state(torques: SteadyTorques, state: State, other: State) -> bool:
 
 
 def multiplicity(torques: SteadyTorques, state: State) -> int:
-    """How many states exchanging equal bodies makes of one."""
+    """Number of states that exchanging equal bodies makes of one."""
     many = 1
     for members in torques.classes:
         angles = state.phases[list(members)]
@@ -261,7 +261,7 @@ def multiplicity(torques: SteadyTorques, state: State) -> int:
 
 
 def _grouped(torques: SteadyTorques, states: Sequence[State]) -> list[State]:
-    """Each state once, with the number of those that exchanging equal bodies makes of it."""
+    """Distinct states, each with the number of those that exchanging equal bodies makes of it."""
     different: list[State] = []
     for state in states:
         if any(same_state(torques, state, s) for s in different):

@@ -1,7 +1,7 @@
 """The steady phases of a rotor's balancing bodies over its speed, branch by branch, and where they are stable.
 
-Those of ``closed_form``, with the rotor held at each speed: what its drive does is another matter. Stability is that of the
-averaged equations with the inertia of the bodies.
+Those of ``closed_form``, with the rotor fixed at each speed, independent of its drive. Stability is that of the averaged
+equations with the inertia of the bodies.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from wucht.machines.tracks import arranged
 
 MOST_PATTERNS = 64  # ways to be in line
 _PROBES = np.geomspace(1e-3, 1e3, 50)
-_BESIDE = 1e-9  # of a speed: how near to the end of a branch it is looked at
+_BESIDE = 1e-9  # of a speed: distance from the end of a branch at which it is sampled
 _FEW = 3  # bodies that are named one by one
 
 
 @dataclass(frozen=True)
 class SteadyBranch:
-    """Steady phases over the speed of the main rotor, which is positive in its own sense.
+    """Steady phases over the speed of the main rotor, which is positive in its sense.
 
-    torques: with the rotor held. found: the branch of bodies in line, or the phases (n,) of those that compensate the unbalance
-    at any speed. dimension: of the family that these stand for.
+    torques: with the rotor at a fixed speed. solution: the branch of bodies in line, or the phases (n,) of those that
+    compensate the unbalance at any speed. dimension: of the family that these represent.
     """
 
     torques: SteadyTorques
@@ -39,13 +39,13 @@ class SteadyBranch:
     dimension: int = 0
 
     def phases(self, speeds: np.ndarray) -> np.ndarray:
-        """alpha (n, N) in the order of the torques, not numbers where there are no such states."""
+        """alpha (n, N) in the order of the torques, NaN where there are no such states."""
         if isinstance(self.found, PhaseBranch):
             return np.where(speeds > 0, self.found.phases(speeds), np.nan)
         return np.where(speeds > 0, self.found[:, None], np.nan)
 
     def placed(self, speeds: np.ndarray) -> WithSlope:
-        """The same (n, N) in the order of the machine's bodies, and their derivatives by the speed.
+        """The phases (n, N) in the order of the machine's bodies, and their derivatives by the speed.
 
         Bodies in line turn together: the torque on one of them stays zero.
         """
@@ -59,35 +59,35 @@ class SteadyBranch:
         return phases[order], turning_by[order]
 
     def stable(self, speeds: np.ndarray) -> np.ndarray:
-        """Whether such a state exists and is stable (N,)."""
+        """True (N,) where such a state exists and is stable."""
         phases = self.phases(speeds)
         exists, stable = np.isfinite(phases[-1]), np.zeros(len(speeds), bool)
         stable[exists] = held_stability(self.torques, speeds[exists], phases[:, exists], self.dimension)
         return stable
 
     def ends(self, speeds: np.ndarray) -> np.ndarray:
-        """Where it begins and ends on a grid of speeds (N,): on both sides of each."""
+        """Speeds beside the ends of the branch on a grid (N,): on both sides of each."""
         if not isinstance(self.found, PhaseBranch):
             return np.empty(0)
         edges = zeros_of(self.found.margin, speeds[speeds > 0])
         return np.concatenate([edges * (1 - _BESIDE), edges * (1 + _BESIDE)])
 
     def labels(self, speeds: np.ndarray) -> np.ndarray:
-        """What the states are called (N,), empty where there are none."""
+        """Labels of the states (N,), empty where there are none."""
         beside = self.found.beside if isinstance(self.found, PhaseBranch) else ()
         return labels_of(self.torques, beside, self.phases(speeds))
 
     @cached_property
     def overlapping(self) -> bool:
-        """Whether bodies of a track are in each other's place: the angles between those in line do not change."""
+        """True if bodies of a track are in each other's place: the angles between those in line do not change."""
         shift = self.found.shift if isinstance(self.found, PhaseBranch) else self.found
         return overlapping(self.torques, shift)
 
 
 def labels_of(torques: SteadyTorques, beside: tuple[int, ...], phases: np.ndarray) -> np.ndarray:
-    """What steady phases (n, N) are called (N,), empty where they are not numbers.
+    """Labels (N,) of steady phases (n, N), empty where these are NaN.
 
-    beside: by the side of the line on which bodies are, empty where they compensate the unbalance. The heavy side is that of
+    beside: the sides of the line on which bodies are, empty where they compensate the unbalance. The heavy side is that of
     the rotor's unbalance.
     """
     exists = np.isfinite(phases[-1])
@@ -99,7 +99,7 @@ def labels_of(torques: SteadyTorques, beside: tuple[int, ...], phases: np.ndarra
 
 
 def _in_line(torques: SteadyTorques, beside: tuple[int, ...], heavy: int) -> str:
-    """Of bodies in line. heavy: which side of the line is the heavy one."""
+    """Label of bodies in line. heavy: the heavy side of the line."""
     on_it = [name for name, side in zip(torques.names[1:], beside, strict=True) if side == heavy]
     if len(on_it) in (0, len(beside)):
         return f"{'together, ' if len(beside) > 1 else ''}{'heavy side' if on_it else 'light side'}"
@@ -109,7 +109,7 @@ def _in_line(torques: SteadyTorques, beside: tuple[int, ...], heavy: int) -> str
 
 
 def overlapping(torques: SteadyTorques, phases: np.ndarray) -> bool:
-    """Whether bodies of a track would be in each other's place at phases (n,)."""
+    """True if bodies of a track would be in each other's place at phases (n,)."""
     try:  # a machine without tracks is returned as it is
         arranged(torques.machine, dict(zip(torques.names, (torques.senses * phases).tolist(), strict=True)))
     except InputError:
@@ -120,7 +120,7 @@ def overlapping(torques: SteadyTorques, phases: np.ndarray) -> bool:
 def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch, ...]]:
     """The torques on a machine's bodies as its drive turns them, and all branches of their steady phases.
 
-    Raises ``InputError``: why they are not known in closed form.
+    Raises ``InputError`` where they are not known in closed form, with the reason.
     """
     torques = SteadyTorques.of(turning(machine, None))
     if any(torques.heads):
@@ -132,7 +132,7 @@ def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch
         )
     top = max((abs(w) for w in torques.vibration.poles.imag), default=1.0) or 1.0
     if torques.coefficients is None or not torques.idle(top * _PROBES):
-        why = "balancing bodies are not on the rotor's axis, or have torques of their own"
+        why = "balancing bodies are not on the rotor's axis, or have drive, load or bearing torques"
         raise InputError("machine.bodies", None, f"{why}: their steady phases are not known in closed form")
     if (patterns := pattern_count(torques)) > MOST_PATTERNS:
         raise InputError("machine.bodies", None, f"there are {patterns} ways to be in line, more than {MOST_PATTERNS}")
@@ -143,7 +143,7 @@ def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch
         raise InputError(
             "machine.bodies",
             None,
-            "the rotor has no unbalance, and the bodies cannot balance each other: none stays",
+            "the rotor has no unbalance, and the bodies cannot balance each other: there are no steady phases",
             code="no-unbalance",
         )
     return torques, tuple(found)

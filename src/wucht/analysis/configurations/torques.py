@@ -1,11 +1,11 @@
 """Steady phase configurations, in numbers: the mean torques on bodies that all turn at one speed, and their derivatives.
 
-Body i turns by theta_i = theta + alpha_i in its own sense, at the speed w of all. With E_i = U_i e_i (``analysis.vibration``),
-a_ik = E_i^H H(w) E_k and tau_i(w) the torque of its own drive, load and bearing, the phases stay where
+Body i turns by theta_i = theta + alpha_i in its sense, at the common speed w. With E_i = U_i e_i (``analysis.vibration``),
+a_ik = E_i^H H(w) E_k and tau_i(w) the torque of its drive, load and bearing, the phases are steady where
 
     tau_i(w) + V_i = 0,   V_i = -(w^4/2) sum_k [Re a_ik sin(alpha_i - alpha_k) - Im a_ik cos(alpha_i - alpha_k)]
 
-for every body whose speed is not given: 000 (34), (35), 001 (48), 002 (5.1)-(5.3). All together the vibration brakes by what
+for every body whose speed is not fixed: 000 (34), (35), 001 (48), 002 (5.1)-(5.3). All together the vibration brakes by what
 the carrier dissipates, sum V_i = -(w^5/2) s^H G s with G = E^H H^H C H E and s_i = exp(i alpha_i): nothing without damping.
 """
 
@@ -26,20 +26,20 @@ from wucht.machines.structure import SPEED
 from wucht.mechanics.averaged.bodies import absolute
 from wucht.numerics.angles import within_half_a_turn
 
-_PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
-_NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as none
-_AT_THE_POLE = 1e-6  # relative: this near to the natural frequency of an undamped vibration no state is looked for
-_BALANCED = 1e-7  # of the torques: what may be left of them in a state
+_PARALLEL = 1e-12  # relative: below it the excitations of two bodies have one shape
+_NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as zero
+_AT_THE_POLE = 1e-6  # relative: no state is searched this near to an undamped natural frequency
+_BALANCED = 1e-7  # of the torques: residual allowed in a state
 
 
 @dataclass(frozen=True)
 class SteadyTorques:
-    """n bodies, the main rotor first, on a carrier with m coordinates; angles and speeds in the bodies' own senses.
+    """n bodies, the main rotor first, on a carrier with m coordinates; angles and speeds in the bodies' senses.
 
     heads: the index of the rotor that each body turns about. senses: +1 or -1. inertia, relative: J and the dampers between
-    the bodies of a rotor (n x n). own: tau_i, in ``SPEED`` and the parameters. given: the main rotor's speed if prescribed.
-    felt: the shapes (n x m) by which the carrier turns the bodies: those by which they excite it, but for a body that stands
-    for others. share (n,): of how many bodies each stands for.
+    the bodies of a rotor (n x n). shaft_torques: tau_i, in ``SPEED`` and the parameters. fixed_speed: of
+    the main rotor, if prescribed. reaction_shapes: the shapes (n x m) by which the carrier turns the bodies: those by which
+    they excite it, except for a body that represents others. share (n,): of how many bodies each represents.
     """
 
     machine: Machine
@@ -56,12 +56,12 @@ class SteadyTorques:
 
     @classmethod
     def of(cls, machine: Machine) -> SteadyTorques:
-        """The torques of a machine of the slow class. Raises ``InputError`` for others, with the reason."""
+        """The torques of a machine that has averaged equations. Raises ``InputError`` for others, with the reason."""
         return cls.from_slow(averaged_machine(machine))
 
     @classmethod
     def from_slow(cls, slow: AveragedMachine) -> SteadyTorques:
-        """The same from averaged equations that are there."""
+        """The torques from averaged equations at hand."""
         b = slow.equations.bodies
         if b.shaking is not None:
             sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
@@ -81,11 +81,11 @@ class SteadyTorques:
         )  # fmt: skip
 
     def held(self, speed: float) -> SteadyTorques:
-        """The same with the main rotor at a given speed."""
+        """The torques with the main rotor at a fixed speed."""
         return replace(self, given=speed)
 
     def with_ratio(self, ratio: float) -> SteadyTorques:
-        """The same with another unbalance of the main rotor. ratio: of that of all other bodies together to it."""
+        """The torques with another unbalance of the main rotor. ratio: of that of all other bodies together to it."""
         assert self.coefficients is not None
         excitation = self.vibration.excitation.copy()
         excitation[0] *= np.abs(self.coefficients[1:]).sum() / ratio / np.linalg.norm(excitation[0])
@@ -103,7 +103,7 @@ class SteadyTorques:
 
     @cached_property
     def free(self) -> tuple[int, ...]:
-        """The bodies whose torques must balance: all but a main rotor whose speed is given."""
+        """The bodies whose torques must balance: all but a main rotor whose speed is fixed."""
         return tuple(range(1 if self.given is not None else 0, self.size))
 
     def influence(self, speeds: np.ndarray) -> WithSlope:
@@ -120,7 +120,7 @@ class SteadyTorques:
         return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
 
     def total(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """sum tau_i + V_i (N,), without the difference of large numbers that V_i are near a resonance."""
+        """sum tau_i + V_i (N,), without cancellation of the large V_i near a resonance."""
         s = np.exp(1j * phases)
         power = np.einsum("iN,Nik,kN->N", s.conj(), self.brake(speeds)[0], s).real
         return np.asarray(self.share @ self.alone(speeds)[0] - power)
@@ -136,12 +136,12 @@ class SteadyTorques:
         return poles
 
     def parts(self, low: float, high: float) -> list[tuple[float, float]]:
-        """A range of speeds without the surroundings of ``poles``, where no state stays but the vibration is infinite."""
+        """Intervals of a range of speeds without the surroundings of ``poles``, where the vibration is infinite."""
         ends = [low, *(at * (1 + side) for at in self.poles(low, high) for side in (-_AT_THE_POLE, _AT_THE_POLE)), high]
         return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
 
     def balanced(self, speed: float, phases: np.ndarray) -> bool:
-        """Whether nothing is left of the torques at phases (n,), body by body and in sum: the proof of a state."""
+        """True if the torques at phases (n,) balance, body by body and in sum: the proof of a state."""
         w, at = np.array([speed]), phases[:, None]
         own, left = np.abs(self.alone(w)[0][:, 0]), self.residual(w, at)[:, 0]
         sizes = own + speed**4 / 2 * np.abs(self.influence(w)[0][0]).sum(axis=1)
@@ -160,7 +160,7 @@ class SteadyTorques:
         return np.asarray(self.alone(speeds)[0] + self.torque(speeds, phases))
 
     def slopes(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
-        """dV/dalpha (n, n, N), and dV/dw (n, N): what V changes by with the speed of all."""
+        """dV/dalpha (n, n, N), and dV/dw (n, N), the derivative by the common speed."""
         w, index = np.asarray(speeds, float), np.arange(self.size)
         influence, slope = self.influence(w)
         change = w**4 / 2 * (np.moveaxis(influence, 0, -1) * np.exp(-1j * (phases[:, None] - phases[None]))).real
@@ -172,7 +172,7 @@ class SteadyTorques:
     def coefficients(self) -> np.ndarray | None:
         """c (n,) complex where all bodies excite the carrier alike, E_i = c_i e with |e| = 1, and c_0 > 0; None where not.
 
-        So it is with the bodies of one rotor, and with rotors in a carrier of one coordinate.
+        This holds for the bodies of one rotor, and with rotors in a carrier of one coordinate.
         """
         e = self.vibration.excitation
         largest = int(np.abs(e).sum(axis=1).argmax())
@@ -184,7 +184,7 @@ class SteadyTorques:
 
     @cached_property
     def in_line(self) -> bool:
-        """Whether all bodies are on one axis and only the vibration places them, so that their forces add up."""
+        """True if all bodies are on one axis and turn in one sense, so that their forces add up."""
         return self.coefficients is not None and bool((self.senses == self.senses[0]).all())
 
     def axis_influence(self, speeds: np.ndarray) -> np.ndarray:
@@ -195,7 +195,7 @@ class SteadyTorques:
         return np.asarray(self.influence(speeds)[0][:, i, i] / np.abs(c[i]) ** 2)
 
     def idle(self, speeds: np.ndarray) -> bool:
-        """Whether no body but the main rotor has a torque of its own at these speeds: then vibration alone places them."""
+        """True if only the main rotor has a shaft torque at these speeds: vibration alone positions the other bodies."""
         w = np.atleast_1d(speeds)
         own, phases = self.alone(w)[0], np.broadcast_to(np.arange(float(self.size))[:, None], (self.size, len(w)))
         scale = max(float(np.abs(self.torque(w, phases)).max()), float(np.abs(own).max()))

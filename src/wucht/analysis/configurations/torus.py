@@ -20,10 +20,10 @@ from wucht.piecewise import PiecewiseCubic
 
 @dataclass(frozen=True)
 class OnTheTorus:
-    """The torque balance as f(x) = 0, x = (alpha_1, ..., alpha_n-1), and the speed if it is not given: k unknowns.
+    """The torque balance as f(x) = 0, x = (alpha_1, ..., alpha_n-1), and the speed if it is not fixed: k unknowns.
 
-    Where the speed is searched the first equation is that of all torques together: near a resonance the torques between the
-    bodies are large, and in it they are gone.
+    Where the speed is searched the first equation is the sum of all torques: near a resonance the torques between the
+    bodies are large, and in the sum they cancel.
     """
 
     torques: SteadyTorques
@@ -56,7 +56,7 @@ class OnTheTorus:
         return jacobian
 
     def spread(self, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """How much df/dx differs from that at the centre of a box, at most (k, k, N)."""
+        """Upper bound (k, k, N) on the change of df/dx from the centre of a box."""
         t, free, n = self.torques, list(self.torques.free), self.torques.size
         speeds, phases = self.parted(centre)
         reach = np.concatenate([np.zeros((1, radius.shape[1])), radius[: n - 1]])
@@ -73,13 +73,13 @@ class OnTheTorus:
         spread = np.concatenate([by_phase[:, 1:], by_speed[:, None]], axis=1)
         brake, rate = (np.moveaxis(b, 0, -1) for b in t.brake(speeds))
         by_phase = _by_phase(brake, np.cos(apart - np.angle(brake)), turn, braking[0] * wide)
-        turn[np.arange(n), np.arange(n)] = 0.0  # a body's own part does not depend on its phase
+        turn[np.arange(n), np.arange(n)] = 0.0  # the diagonal part does not depend on the body's phase
         by_speed = (np.abs(rate) * np.minimum(2.0, turn) + braking[1] * wide).sum(axis=(0, 1)) + np.abs(t.share) @ own
         spread[0] = np.concatenate([2 * by_phase.sum(axis=1)[1:], by_speed[None]])
         return spread
 
     def _bounds(self, speeds: np.ndarray, wide: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Bounds over intervals of speeds: on |b'| and |b''| (N, n, n) of b = w^4 a/2, on what tau' differs by (N, n), on |B'|
+        """Bounds over intervals of speeds: on |b'| and |b''| (N, n, n) of b = w^4 a/2, on the change of tau' (N, n), on |B'|
         and |B''|.
         """
         if not wide.any():
@@ -90,7 +90,7 @@ class OnTheTorus:
 
 
 def _by_phase(pull: np.ndarray, slope: np.ndarray, turn: np.ndarray, by_speed: np.ndarray) -> np.ndarray:
-    """How much a harmonic torque (n, n, N), of this relative slope, differs over turns, but that of a body on itself."""
+    """Bound on the change of a harmonic torque (n, n, N), of this relative slope, over turns; zero on the diagonal."""
     change: np.ndarray = np.abs(pull) * np.minimum(2.0, np.abs(slope) * turn + turn**2 / 2) + by_speed
     change[np.arange(len(pull)), np.arange(len(pull))] = 0.0
     return change
@@ -126,13 +126,13 @@ def _bounds_over(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> tuple[np.nda
 
 
 def bounded(torques: SteadyTorques) -> bool:
-    """Whether bounds are known of the torques' slopes, where the speed is searched: not where a characteristic jumps."""
+    """True if the torques' slopes have bounds, as far as the speed is searched: not where a characteristic jumps."""
     at, nothing = np.ones(1), np.zeros(1)
     return torques.given is not None or bool(np.isfinite(_apart(torques, at, nothing)).all())
 
 
 def _apart(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """How much the slopes of the torques tau on [w - r, w + r] differ from those at w, at most (N, n).
+    """Upper bound (N, n) on the change of the slopes of the torques tau on [w - r, w + r] from those at w.
 
     At a kink both slopes count: a zero is unique if every matrix of slopes between them is regular (F. H. Clarke, Optimization
     and Nonsmooth Analysis, 1983, sections 2.6, 7.1).

@@ -1,7 +1,7 @@
 """Averaged equations of rotating bodies on a linear carrier, for any number of both, to first or second order.
 
-With q the carrier's coordinates, theta_i = sigma_i phi_i the bodies' angles in their own sense and E_i = U_i e_i their
-excitation (``linear_carrier``), body i moves the carrier like the moment Re[E_i exp(i theta_i)], and is turned back with the
+With q the carrier's coordinates, theta_i = sigma_i phi_i the bodies' angles in their sense and E_i = U_i e_i their
+excitation (``linear_carrier``), body i drives the carrier with the moment Re[E_i exp(i theta_i)], and is turned back with the
 torque -q''^T d/dtheta_i Re[E_i exp(i theta_i)]. At the common speed w, theta_i = theta + alpha_i, q = Re[z exp(i theta)]:
 
     z = H(w) F,  F = w^2 sum E_k exp(i alpha_k),  H(w) = (K - w^2 M + i w C)^-1,  Z = -w^2 z (the acceleration),
@@ -10,17 +10,17 @@ torque -q''^T d/dtheta_i Re[E_i exp(i theta_i)]. At the common speed w, theta_i 
 and J theta'' + B theta' = L + V: 000 (32)-(33), 001 (33), (47 corrected), (60). Without the inertia of the bodies that are
 damped against their rotor: theta' = w + nu with B nu = L + V - J 1 w', which is 002 (4.60)-(4.62) in time.
 
-Second order takes in the memory of the carrier, and the effect of the fluctuation within a turn.
+Second order includes the memory of the carrier, and the effect of the fluctuation within a turn.
 While speeds and phases change slowly, the acceleration of the carrier follows the moments with (the convolution with H expanded
 about the present)
 
     Z = G F - i G' F' - (i/2) G'' w' F,   G = -w^2 H(w),   F = sum E_k (phi_k'^2 - i phi_k'') exp(i alpha_k),
 
 a prime at G meaning d/dw, at F and w d/dt: linear in the slips s_k = phi_k' - w and the accelerations a_k = phi_k'', which are
-taken implicitly, so that what is steady in the first order stays steady. The fluctuation psi_k = Re[P_k exp(2 i theta)] changes
-the moments by dS = -(i/2) sum conj(E_k exp(i alpha_k)) P_k and the mean torque by -Im[T_k conj(P_k)]/2. The error of the slow
-motion is O(epsilon^2) over times 1/epsilon, where the full motion starts with the fast part that belongs to it. Rotors that are
-not damped against each other librate with sqrt(epsilon): in their phases the small parameter is that.
+treated implicitly, so that steady states of the first order remain steady. The fluctuation psi_k = Re[P_k exp(2 i theta)]
+changes the moments by dS = -(i/2) sum conj(E_k exp(i alpha_k)) P_k and the mean torque by -Im[T_k conj(P_k)]/2. The error of
+the slow motion is O(epsilon^2) over times 1/epsilon, where the full motion starts with the corresponding fast part. Rotors that
+are not damped against each other librate with sqrt(epsilon): in their phases the small parameter is that.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _solved(
 def _slip_rates(
     bodies: RotatingBodies, coupling: Coupling, speeds: Sequence[sp.Expr], unknown: Sequence[int]
 ) -> tuple[sp.Matrix, sp.Matrix]:
-    """nu_k' = sum slope_kq y_q + constant_k: y_q is the rate of rotor q's speed or of body q's phase, the rest is known."""
+    """nu_k' = sum slope_kq y_q + constant_k: y_q is the rate of rotor q's speed or of body q's phase, all else is known."""
     lines, before = coupling.lines, list(coupling.lines.pairs)
     nu = [v - bodies.speed(h) for v, h in zip(speeds, bodies.heads, strict=True)]
     slopes = sp.zeros(len(nu), len(unknown))
@@ -114,7 +114,7 @@ def _slip_rates(
 
 
 def _base(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], pulsing: Ripple) -> Effect:
-    """What the steady motion contributes, with the fluctuation's effect on the moments and the torques."""
+    """Contribution of the steady motion, with the fluctuation's effect on the moments and the torques."""
     w, names = bodies.frequency, [bodies.labels[d] for d in coupling.free]
     if not all(p.is_zero for p in pulsing.twice):
         turned = np.array([(c.conj * p * TURN) for c, p in zip(coupling.direction, pulsing.twice, strict=True)])
@@ -128,13 +128,13 @@ def _base(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], 
 
 
 def _of_changes(bodies: RotatingBodies, coupling: Coupling, base: np.ndarray) -> tuple[Effect, Effect]:
-    """What each slip and each acceleration contributes: row k of the displacements, column k of the torques."""
+    """Contributions of each slip and each acceleration: row k of the displacements, column k of the torques."""
     w, free = bodies.frequency, coupling.free
     M, C = (np.array(a.tolist(), object)[np.ix_(free, free)] for a in (bodies.mass, bodies.damping))
     slope = M * Phasor(-2 * w) + C * TURN  # D' = i C - 2 w M, D'' = -2 M
     slips, accelerations = [], []
     for k, (e, c, name) in enumerate(zip(bodies.excitation, coupling.direction, bodies.names, strict=True)):
-        # G e = -w^2 h, G' e = -2 w h + w^2 bent with h = H e and bent = H D' H e; H' = -H D' H
+        # G e = -w^2 h, G' e = -2 w h + w^2 hh with h = H e and hh = H D' H e; H' = -H D' H
         h = coupling.response([e[d] * c for d in free], f"h,{name}")
         bent = coupling.response(slope @ h, f"hh,{name}")
         slips.append(_effect(coupling, h * (2 * w) - bent * w**2, bent * w**4 - h * (4 * w**3), f"s,{name}"))
@@ -163,12 +163,12 @@ def _effect(coupling: Coupling, displaced: Sequence[Phasor], pulled: Sequence[Ph
 
 @dataclass(frozen=True)
 class AveragedSystem:
-    """The averaged equations as a System, and its rows as they are written on paper: ``left = right``.
+    """The averaged equations as a System, and its rows as written on paper: ``left = right``.
 
     System: states are the phases (angles), then the speeds; quadratures are ``rotor_angle``, the main rotor's angle, and works
     with which the energy of the slow motion balances. Outputs: ``amplitude``, the largest radius of the axis' orbit;
     ``amplitude.re[...]`` and ``.im``, the carrier's motion q = re cos(theta) - im sin(theta); ``vibration_torque[...]``;
-    ``speed[...]``; ``motor_torque``; ``stored_energy``. shown: the definitions that the rows use.
+    ``speed[...]``; ``motor_torque``; ``stored_energy``. row_definitions: the definitions that the rows use.
     """
 
     system: System
@@ -178,7 +178,7 @@ class AveragedSystem:
 
     @cached_property
     def fast(self) -> System:
-        """The bodies' fluctuation over the states of the averaged equations: a System that only has outputs.
+        """The bodies' fluctuation over the states of the averaged equations: a System of outputs only.
 
         ``gravity.re[...]`` and ``.im`` at the speed, ``ripple.re[...]`` and ``.im`` at twice the speed: see ``ripple``.
         """
@@ -203,7 +203,7 @@ def steady_motion(coupling: Coupling) -> list[Phasor]:
 
 
 def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
-    """The averaged equations. inertia: of the balancing bodies, else the strongly damped reduction 002 (3.24).
+    """The averaged equations. inertia: keep that of the balancing bodies; else the strongly damped reduction 002 (3.24).
 
     order: 1, with an error O(epsilon) over times 1/epsilon, or 2 with an error O(epsilon^2): the carrier's response to
     changing speeds, and the bodies' fluctuation at twice the speed. Raises ``WuchtError`` where a body has no damper against

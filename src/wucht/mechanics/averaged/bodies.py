@@ -1,4 +1,4 @@
-"""Rotating bodies on a linear carrier: what the averaged equations are made of."""
+"""Rotating bodies on a linear carrier, from which averaged equations are derived."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class Shaking:
 
 @dataclass(frozen=True)
 class RotatingBodies:
-    """n bodies on a linear carrier with m coordinates, all in the bodies' own senses of rotation.
+    """n bodies on a linear carrier with m coordinates, all in the bodies' senses of rotation.
 
-    heads: the index of the rotor that each body turns about, its own for a rotor; the first body is the main rotor. inertia:
+    heads: the index of the rotor that each body turns about, its index for a rotor; the first body is the main rotor. inertia:
     n x n, constant, without terms between bodies of different rotors. relative: n x n, dampers between the bodies of a rotor,
-    rows that sum to zero. drive, losses: torques on each body as functions of its own speed, in its sense and against it.
+    rows that sum to zero. drive, losses: torques on each body as functions of its speed, in its sense and against it.
     mass, damping, stiffness: m x m. excitation: n rows of m phasors E_i. axis: 1 or 2 x m, the coordinates x, y of the main
-    rotor's axis (or an angle) in those of the carrier. definitions: what the others use. weight: gravity turns body i with
-    Re[weight_i exp(i theta_i)]. given: the main rotor's speed where it is prescribed. shaking: a prescribed motion of the
+    rotor's axis (or an angle) in those of the carrier. definitions: symbols in the others. weight: gravity turns body i with
+    Re[weight_i exp(i theta_i)]. fixed_speed: the main rotor's, where it is prescribed. shaking: a prescribed motion of the
     carrier.
     """
 
@@ -72,11 +72,11 @@ class RotatingBodies:
         return self.shaking.frequency if self.shaking is not None else self.speed(0)
 
     def speed(self, i: int) -> sp.Expr:
-        """The speed of a body that has one of its own: a symbol, or what is given for the main rotor."""
+        """The speed of a body: a symbol, or the fixed speed of the main rotor."""
         return self.given if i == 0 and self.given is not None else named(self.names[i], "speed")
 
     def reference(self, i: int) -> int:
-        """The body to which the phase of body i counts: its rotor, and for a rotor the main one."""
+        """The body relative to which the phase of body i is measured: its rotor, and for a rotor the main one."""
         return self.heads[i] if self.heads[i] != i else 0
 
     def total_phase(self, i: int) -> sp.Expr:
@@ -90,7 +90,7 @@ class RotatingBodies:
 
 
 def absolute(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
-    """The torque on a body that depends on its own speed alone."""
+    """The torque on a body that depends on its absolute speed alone."""
     return bodies.drive[i](speed) - bodies.losses[i](speed)
 
 
@@ -106,5 +106,5 @@ def rate_of_given(bodies: RotatingBodies) -> sp.Expr:
 
 
 def named(name: str, what: str) -> sp.Symbol:
-    """The symbol ``name.what``."""
+    """The symbol ``name.quantity``."""
     return sp.Symbol(f"{name}.{what}", real=True)

@@ -60,7 +60,7 @@ class Coupling:
 
 
 def _is_round(bodies: RotatingBodies) -> bool:
-    """Whether no torque at twice the speed arises: two equal directions x and y that all bodies excite as (1, -i)."""
+    """True if no torque at twice the speed arises: two equal directions x and y that all bodies excite as (1, -i)."""
     if len(bodies.labels) != 2 or bodies.shaking is not None:
         return False
     alike = all(a[0, 0] == a[1, 1] and a[0, 1] == 0 and a[1, 0] == 0 for a in (bodies.mass, bodies.damping, bodies.stiffness))
@@ -80,7 +80,7 @@ class Ripple:
 def ripple(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor]) -> Ripple:
     """J psi'' + k psi' = Re[weight exp(i theta) + T exp(2 i theta)]: 001 (26), (41), (54), (61), and gravity.
 
-    k holds the dampers and the slopes of the drives. T is zero where all directions are alike.
+    k holds the dampers and the slopes of the drives. T is zero where all directions are equal.
     """
     nothing = [ZERO] * len(bodies.names)
     alternating = nothing if _is_round(bodies) else coupling.alternating(motion)

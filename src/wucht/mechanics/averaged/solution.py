@@ -22,7 +22,7 @@ ROTOR_ANGLE, SUPPLIED, LOST, SHAKEN = "rotor_angle", "supplied_work", "dissipate
 @dataclass(frozen=True)
 class Solution:
     """The averaged equations solved: displacement amplitudes z of the carrier (m), and of the bodies (n) the vibration torques,
-    speeds theta' and accelerations theta''; the rows they come from. inertia: whether the balancing bodies keep theirs.
+    speeds theta' and accelerations theta''; the rows they come from. inertia: the balancing bodies keep theirs.
     """
 
     motion: Sequence[Phasor]
@@ -34,7 +34,7 @@ class Solution:
 
 
 def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> ExplicitForm:
-    """J theta'' + B theta' = L + V."""
+    """Solve J theta'' + B theta' = L + V."""
     names, j, free, given = bodies.names, bodies.inertia, bodies.free, rate_of_given(bodies)
     speeds = [bodies.speed(i) for i in range(len(names))]
     inner = bodies.relative * sp.Matrix(speeds)
@@ -51,7 +51,7 @@ def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr
 
 
 def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> ExplicitForm:
-    """w' of each rotor and nu = theta' - w of its bodies."""
+    """Solve for w' of each rotor and nu = theta' - w of its bodies."""
     names, j = bodies.names, bodies.inertia
     speeds, accelerations, rows = dict[int, sp.Expr](), dict[int, sp.Expr](), list[tuple[sp.Expr, sp.Expr]]()
     for head in bodies.rotors:
@@ -96,8 +96,8 @@ def _weights_of(bodies: RotatingBodies, group: Sequence[int]) -> dict[int, sp.Ex
 def outputs_of(bodies: RotatingBodies, lines: Lines, solution: Solution) -> tuple[list[Output], list[Output]]:
     """Outputs and quadratures, as ``AveragedSystem`` lists them; definitions are added to the lines.
 
-    The powers' integrals balance the change of the stored energy. Without inertia all work at the speed of their rotor, each
-    body with its weight: so the first order balances exactly.
+    The powers' integrals balance the change of the stored energy. Without inertia the powers of bodies are taken at
+    the speed of their rotor, each with its weight: so the first order balances exactly.
     """
     torques, every = solution.torques, range(len(bodies.names))
     follows = every if solution.inertia else bodies.heads
