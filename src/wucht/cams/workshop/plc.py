@@ -294,7 +294,7 @@ def read_cam_table(path: Path, form: Form, unit: Unit) -> CamTable:
         raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}", code="unit")
     rows, announced = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
     if announced and len(rows) != int(announced.group(2)) - int(announced.group(1)) + 1:
-        sentence = f"it declares an array of another length than its {len(rows)} readable rows"
+        sentence = f"it declares an array of another length than its {len(rows)} rows that can be read"
         raise InputError(str(path), None, sentence, code="count")
     if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):
         raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it", code="no-table")
