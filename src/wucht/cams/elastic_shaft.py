@@ -53,13 +53,13 @@ class OriginalCam:
         not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         p, q, r = (self.law(phi, order) for order in (1, 2, 3))
         by_phi = 2 * p * q * a + (q**2 + p * r) * v**2
         return np.asarray(self.inertia * np.stack([p**2 * a + p * q * v**2, by_phi, 2 * p * q * v, p**2]))
 
     def output(self, tau: np.ndarray, phi: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         return np.asarray(self.law(phi))
 
 
@@ -77,14 +77,14 @@ class CorrectedCam:
         not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         pull, none = self.inertia * self.law(tau, 1) * self.law(tau, 2), np.zeros(len(tau))
         if not (v > 0).all():
             return np.full((4, len(tau)), np.inf)
         return np.stack([pull / v, none, -pull / v**2, none])
 
     def output(self, tau: np.ndarray, phi: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         return np.asarray(self.law(tau))
 
 

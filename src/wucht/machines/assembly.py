@@ -274,7 +274,7 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
 def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
     """Return the machine with the contacts of its tracks, their bodies evenly spaced until a start arranges them.
 
-    given: tables with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
+    tables: with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
     """
     bodies = [p for p in machine.parts if isinstance(p, Tracked)]
     names = sorted({b.track for b in bodies if b.track is not None})

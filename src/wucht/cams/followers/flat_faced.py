@@ -46,7 +46,7 @@ class FlatFaced(Follower):
         return np.asarray(self.distance + moved)
 
     def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
-        """See ``Touching``. The face is where the contour reaches furthest."""
+        """See ``ContourFollower``. The face is where the contour reaches furthest."""
         foot = turned * (self.distance + nearly)
         at = np.argmax((turned.conj()[:, None] * contour.points[None, :]).real, axis=1).astype(float)
         for _ in range(MOST_STEPS):
@@ -177,11 +177,11 @@ class SmallestFlatFacedCam(Smallest):
 
     @property
     def placed(self) -> Mapping[str, float]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return {"distance": self.follower.distance}
 
     def summary(self) -> dict[str, Any]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return self._of_contour(0.0) | {"face": list(self.face)}
 
 

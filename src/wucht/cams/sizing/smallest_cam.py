@@ -155,11 +155,11 @@ class SmallestCam(Smallest):
 
     @property
     def placed(self) -> Mapping[str, float]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return {key: getattr(self.follower, key) for key in self.follower.placing}
 
     def summary(self) -> dict[str, Any]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return self._of_contour(self.follower.roller_radius) | {"max_pressure_angle": self.pressure_angle}
 
 
