@@ -46,7 +46,7 @@ class RollerFollower(Follower):
         return {"cam": cam, "outer": replace(cam, outer=True)} if getattr(self, "groove", False) else {"cam": cam}
 
     def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
-        """See ``ContourFollower``. The roller is at its radius from the contour, and that along the normal: Newton's method in both
+        """See ``ContourFollower``. The roller is at its radius from the contour, along the normal: Newton's method in both
         unknowns."""
         moved, at = np.array(nearly, float), contour.nearest(turned * self.place(nearly))
         size = float(np.abs(contour.points).max())
