@@ -74,7 +74,7 @@ def test_a_set_that_is_no_machine_is_told_with_what_would_be_right() -> None:
     right = machine_from({"model": "exciter", "parameters": {**load_machine(ONE).values, "beta_r": 0.179797979797980}})
     assert right.warnings == ()
     heavy = machine_from({"model": "exciter", "parameters": {**load_machine(ONE).values, **HEAVY}})
-    assert any("asks for p = 1.98" in each for each in heavy.warnings)
+    assert any("requires p = 1.98" in each for each in heavy.warnings)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Cams: the contour that gives a follower its motion, with exact derivatives, curvature and pressure angle.
 
 Curves are parametrised by the angle phi by which the cam has turned, in the plane that turns with it, as complex numbers in m.
-A cam that turns counter-clockwise sees its follower go round it clockwise.
+Seen from the cam, a follower of a cam that turns counter-clockwise goes round it clockwise.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Written = Callable[[float], str]
 
 
 def metres(length: float) -> str:
-    """A length in m, for the user."""
+    """Return a length in m as text for the user."""
     return f"{length:.5g} m"
 
 
@@ -30,8 +30,8 @@ def metres(length: float) -> str:
 class Cam(ABC):
     """A cam with its follower.
 
-    law: of the follower. clockwise: the sense in which the cam turns. outer: whether it is the outer flank of a groove.
-    part: what of the follower touches the contour, in a word.
+    law: of the follower. clockwise: the sense in which the cam turns. outer: True for the outer flank of a groove.
+    part: the element of the follower that touches the contour, as one word.
     """
 
     law: Law
@@ -52,12 +52,12 @@ class Cam(ABC):
 
     @property
     def roller_radius(self) -> float | None:
-        """In m, None where there is no roller."""
+        """Radius of the roller in m, None where there is no roller."""
         return None
 
     @property
     def mating_curvature(self) -> float:
-        """Of what touches the contour, in 1/m: 0 of a flat face. Raises ``InputError`` where it is an edge."""
+        """Curvature of the mating element in 1/m: 0 of a flat face. Raises ``InputError`` where it is an edge."""
         return 0.0
 
     @property
@@ -71,19 +71,19 @@ class Cam(ABC):
 
     @abstractmethod
     def normal(self, phi: np.ndarray) -> np.ndarray:
-        """Of the contour, of modulus 1, away from the cam's centre."""
+        """Unit normal of the contour, away from the cam's centre."""
 
     @abstractmethod
     def curvature(self, phi: np.ndarray) -> np.ndarray:
-        """Of the contour, in 1/m: positive where it is convex; infinite at an edge, and of no use where it is undercut."""
+        """Curvature of the contour in 1/m: positive where it is convex, infinite at an edge, undefined where undercut."""
 
     @abstractmethod
     def pressure_angle(self, phi: np.ndarray) -> np.ndarray:
-        """Between the contact force and the motion of the follower at the contact, in rad, from -pi/2 to pi/2."""
+        """Angle between the contact force and the motion of the follower at the contact, in rad, from -pi/2 to pi/2."""
 
     @abstractmethod
     def undercut(self, phi: np.ndarray) -> np.ndarray:
-        """How far from undercut the contour is: 1 where it is straight or the roller a point, 0 where it has an edge, below
+        """Margin of the contour against undercut: 1 where it is straight or the roller a point, 0 where it has an edge, below
         that it is undercut."""
 
     @abstractmethod
@@ -95,12 +95,12 @@ class Cam(ABC):
 
     @abstractmethod
     def cut_away(self) -> CutAway:
-        """What is cut away of the cam, and the least radii of what is left."""
+        """Return the arcs that are cut away of the cam, and the least radii of the remaining contour."""
 
     @abstractmethod
     def check(self, written: Written = metres) -> None:
-        """Raises ``InputError`` where the follower would cut a part of the contour away, or leave an edge, and says what
-        would not. written: how the sentence writes a length."""
+        """Raise ``InputError`` where the follower would cut a part of the contour away, or leave an edge, naming a value
+        that would not. format_length: formats a length for the message."""
 
     def largest_wheel(self) -> RadiusAt | None:
         """The largest grinding wheel or cutter that reaches all of the contour, and where a larger one would not; None: all
@@ -109,6 +109,6 @@ class Cam(ABC):
 
 
 def short_of(bound: float, direction: int) -> float:
-    """A number of five digits on one side of a bound, above (1) or below (-1), never the bound itself."""
+    """Return a number of five digits on one side of a limit, above (1) or below (-1), never the limit itself."""
     digit = 10.0 ** (math.floor(math.log10(abs(bound))) - 4) if bound else 1e-9
     return digit * ((math.floor if direction > 0 else math.ceil)(bound / digit) + direction)

@@ -1,8 +1,8 @@
-"""What presses on the contour: contact force, Hertzian pressure, lift-off, and the torque on the camshaft; without friction.
+"""Loads on the contour: contact force, Hertzian pressure, lift-off, and the torque on the camshaft; without friction.
 
 By virtual work. While the law moves by dpsi the contact force F, along the normal n, does the work F g dpsi; g = n . d(centre)/
 dpsi is the grip: the arm times cos alpha on a lever, cos alpha on a rod, 1 on a flat face. The follower's equation of motion
-says what F g must be. "Effort" is a generalised force on the follower: a torque in N m where the law is an angle in rad, a
+gives F g. "Effort" is a generalised force on the follower: a torque in N m where the law is an angle in rad, a
 force in N where it is a displacement in m; units below are given for both so: "N m or N".
 """
 
@@ -29,7 +29,7 @@ _DEAD = 1e-6  # of the largest grip: less is none
 
 @dataclass(frozen=True)
 class FollowerLoad:
-    """What moves with the follower and acts on it.
+    """Inertia of the follower and the forces that act on it.
 
     inertia: kg m^2 or kg. output_inertia: of what a linkage moves behind the follower, whose law is a ``LeverMotion`` then:
     kg m^2 or kg, as the output turns or slides. stiffness: of a spring that draws the follower to where the law is zero,
@@ -59,13 +59,13 @@ class FollowerLoad:
 
 @dataclass(frozen=True, eq=False)
 class ContactForces:
-    """What the contour and the camshaft bear, as long as the follower moves by its law.
+    """Loads on the contour and the camshaft, as long as the follower moves by its law.
 
-    phi (N,) in rad. force (N,): along the normal in N, positive where it presses; a negative one does not exist, the roller
+    phi (N,) in rad. force (N,): along the normal in N, positive where it presses; a negative one cannot occur: the roller
     lifts off, or in a groove the other flank presses. effort (N,): of the contact on the follower, in the sense of the law, N m
     or N. torque (N,): that the camshaft must be given in the sense in which it turns, N m; both have the sign of the force, and
     where the roller lifts off do not exist either. lift_off: arcs of the cam angle in rad, (begin, end), without contact.
-    least_preload: from which on there are none, N m or N; not negative.
+    least_preload: the preload from which on there are none, N m or N; not negative.
     """
 
     phi: np.ndarray
@@ -78,10 +78,10 @@ class ContactForces:
 
 @dataclass(frozen=True, eq=False)
 class ConjugateForces:
-    """What the contours of two cams bear.
+    """Loads on the contours of two cams.
 
     phi (N,) in rad. cam, counter (N,): the contact forces in N, none negative. torque (N,): on the camshaft in N m. cam_off,
-    counter_off: arcs in rad on which one of them does not touch. least_preload: from which on there are none, N m.
+    counter_off: arcs in rad on which one of them does not touch. least_preload: the preload from which on there are none, N m.
     """
 
     phi: np.ndarray
@@ -141,7 +141,7 @@ def conjugate_forces(
 ) -> ConjugateForces:
     """The forces of both cams at angles phi (N,); ``load.preload`` is the torque with which they squeeze the lever at rest.
 
-    share: of the torque that drives the lever, how much the cam takes up as more, the rest the counter cam as less: its share
+    share: of the torque that drives the lever, the part added to the cam's load; the rest relieves the counter cam: its share
     in the stiffness of the two contacts, 1/2 where they are alike, 1 where the counter arm is pressed on by a soft spring. It
     holds as long as both touch; then one of them has all. Raises ``InputError`` (share; speed and follower as above).
     """
@@ -205,7 +205,7 @@ def _sampled(values: np.ndarray) -> Harmonics:
 
 
 def _sense(cam: Cam) -> int:
-    """In which sense of the law the contact drives the follower."""
+    """Return the sense of the law in which the contact drives the follower."""
     grips = cam.grip(GRID)
     sense = 1 if grips[0] > 0 else -1
     k = int(np.argmin(sense * grips))

@@ -1,4 +1,4 @@
-"""The cam that makes a clean motion on a shaft that does not turn evenly, and what any cam makes of it: 004.
+"""The cam that makes a clean motion on a shaft that does not turn evenly, and the motion that any cam makes on it: 004.
 
 A law is the motion that the output is to make over tau, the time of a turn as an angle. On a shaft that turns evenly tau is the
 cam angle; on any other the cam for it has the same motion over the angle that the shaft has reached by then.
@@ -25,7 +25,7 @@ _PHASES = (1.0, 5.0)  # degrees by which the speed may be out of phase with the 
 _SHARES = (0.9, 1.1)  # times the fluctuation
 _SPEEDS = (1.1, 0.9)  # times the mean speed, with the same fluctuation in rad/s
 _SIDES = 4  # phases of an order, over half a turn, of which the worst counts: the other half is the same to first order
-_NONE = 1e-9  # of the largest order of the law's acceleration: less is none
+_NONE = 1e-9  # of the largest order of the law's acceleration: less is negligible
 _MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have no end
 
 
@@ -33,7 +33,7 @@ _MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have
 class CorrectedLaw:
     """The motion over the cam angle, itself a law, that on this shaft is the law over time.
 
-    turned: the cam sits on its shaft turned by so many rad against where it belongs.
+    mounting_error: angle in rad by which the cam sits turned on its shaft.
     """
 
     law: Law
@@ -60,21 +60,21 @@ class MotionOverTime:
 
 
 def orders(law: Law, order: int = 2, samples: int = _SAMPLES) -> Harmonics:
-    """The orders, below half of the samples, of a derivative by tau: of the acceleration over omega^2 if nothing is said."""
+    """Return the orders, below half of the samples, of a derivative by tau; by default of the acceleration over omega^2."""
     return Harmonics.sampled(law(even_angles(samples), order))
 
 
 def above(acceleration: Harmonics, count: int, reference: int = 1) -> float:
-    """The largest order of the acceleration above that of a number, as a share of its first order, or of another one."""
+    """Return the largest order of the acceleration above a number, as a share of its first order, or of a reference order."""
     return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[reference - 1])
 
 
 @dataclass(frozen=True, eq=False)
 class Purity:
-    """What is a clean acceleration, and how far another one is from it.
+    """Measure of how far an acceleration is from a clean one.
 
-    wanted: the orders of the law's acceleration over omega^2. count: N, that of its harmonics; None where they have no end.
-    reference: the order that shares are of: the first one, or the lowest one that there is.
+    target: the orders of the law's acceleration over omega^2. count: N, the number of its harmonics; None where it is infinite.
+    reference: the order to which shares refer: the first one, or the lowest one present.
     """
 
     wanted: Harmonics
@@ -83,7 +83,7 @@ class Purity:
 
     @classmethod
     def of(cls, law: Law, count: int | None = None) -> Purity:
-        """Of a law. count: N, if it is known; else it is looked for. Raises ``InputError`` (law): the output stands still."""
+        """Return the measure for a law. count: N, by default determined. Raises ``InputError`` (law): the output rests."""
         wanted = orders(law)
         there = np.flatnonzero(wanted.amplitudes > _NONE * wanted.amplitudes.max()) + 1
         if not len(there):
@@ -93,7 +93,7 @@ class Purity:
         return cls(wanted, count, int(there[0]))
 
     def share(self, acceleration: Harmonics) -> float:
-        """The largest order above N, as a share of the reference; without an N the largest by which an order is not wanted."""
+        """Return the largest order above N, as a share of the reference; without an N the largest deviation of an order."""
         if self.count is not None:
             return above(acceleration, self.count, self.reference)
         n = min(acceleration.count, self.wanted.count)
@@ -103,7 +103,7 @@ class Purity:
 
 @dataclass(frozen=True)
 class Residual:
-    """What is left above order N, as a share of order 1, where something is not as the cam was made for. what: in words."""
+    """Residual above order N, as a share of order 1, under a condition for which the cam was not made. condition: a phrase."""
 
     what: str
     share: float
@@ -113,10 +113,10 @@ _Ways = list[tuple[CorrectedLaw, ShaftMotion]]  # cams, and the shafts that turn
 
 
 def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> tuple[Residual, ...]:
-    """How clean the motion of the corrected cam stays where its shaft turns otherwise than it was made for.
+    """Return how clean the motion of the corrected cam stays where its shaft turns differently from the assumed motion.
 
-    count: N, the orders of the law, or None: see ``Purity``. Where something may be off either way the worse one counts. A
-    speed that changes as a whole, all fluctuations with it, changes nothing. What would make the shaft turn back is left out.
+    count: N, the orders of the law, or None: see ``Purity``. Of deviations to either side the worse one counts. A speed that
+    changes as a whole, all fluctuations with it, changes nothing. Conditions under which the shaft would turn back are omitted.
     """
     purity = Purity.of(law, count)
     return tuple(Residual(what, _worst(purity, ways)) for what, ways in _otherwise(law, shaft) if ways)
@@ -127,7 +127,7 @@ def _worst(purity: Purity, ways: _Ways) -> float:
 
 
 def _otherwise(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, _Ways]]:
-    """What is not as the cam was made for, in words, and the ways in which it may be so."""
+    """Yield each condition for which the cam was not made, as a phrase, with its cases."""
     cam = CorrectedLaw(law, shaft)
     yield "as measured", [(cam, shaft)]
     for degrees in _PHASES:
@@ -145,14 +145,14 @@ def _otherwise(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, _Ways]]:
 
 
 def _scaled(shaft: ShaftMotion, by: float) -> list[ShaftMotion]:
-    """With a fluctuation so many times as large; none where it would turn back."""
+    """Return the shaft with its fluctuation scaled by a factor; empty where it would turn back."""
     with suppress(InputError):
         return [shaft.scaled(by)]
     return []
 
 
 def left_by_order(law: Law, count: int | None, shaft: ShaftMotion, order: int, amplitude: float) -> float:
-    """What is left of the cam for this shaft if its speed has an order more: as a share of order 1, as in ``residuals``.
+    """Return the residual of the cam if the shaft's speed has an extra order: as a share of order 1, as in ``residuals``.
 
     amplitude: of that order in rad/s. Its phase is not known: the worst counts. Raises ``InputError`` (speed) where the shaft
     would turn back.
@@ -168,8 +168,8 @@ def left_by_order(law: Law, count: int | None, shaft: ShaftMotion, order: int, a
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A measured acceleration of the output beside the computed one. measured, computed: orders, of one unit. share: of the
-    measured orders' mean square that the computed ones explain."""
+    """A measured acceleration of the output beside the computed one. measured_orders, computed_orders: of one unit. share: of
+    the measured orders' mean square that the computed ones explain."""
 
     measured: Harmonics
     computed: Harmonics
@@ -177,8 +177,8 @@ class Comparison:
 
     @cached_property
     def delayed(self) -> tuple[float, float]:
-        """By how much in rad of tau, within half a turn, the measured one comes after the computed one where they agree best,
-        and the share that is explained then."""
+        """Delay in rad of tau, within half a turn, of the measured acceleration after the computed one where they agree best,
+        and the share explained with it."""
         m, c = (series.cosine - 1j * series.sine for series in (self.measured, self.computed))
         product = m[: len(c)].conj() * c
         agreement = Harmonics(0.0, product.real, product.imag)  # over the delay
@@ -198,7 +198,7 @@ def compared(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> Compariso
         raise InputError("acceleration", None, "the measured acceleration must have orders", code="no-orders")
     total = float((acceleration.amplitudes**2).sum())
     if total <= (_NONE * acceleration.mean) ** 2:
-        allowed = f"this record holds no orders, it is {acceleration.mean:.4g} all the time: is it the right column?"
+        allowed = f"this record holds no orders, it is constant at {acceleration.mean:.4g}: is it the right column?"
         raise InputError("acceleration", None, allowed, code="constant")
     found, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
     count = min(acceleration.count, found.count)

@@ -1,4 +1,4 @@
-"""What is demanded of numbers: a sentence for each that will not do, and how it writes them."""
+"""Checks of numbers, each with an error message, and the text of lengths and angles in such messages."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ MOST_DECIMALS = 12
 
 
 def positive(where: str, value: float) -> float:
-    """A finite number above zero. Raises ``InputError``."""
+    """Return a finite number above zero. Raises ``InputError``."""
     if not (math.isfinite(value) and value > 0):
         raise InputError(where, value, "must be a positive number", code="not-positive")
     return float(value)
 
 
 def not_negative(where: str, value: float) -> float:
-    """A finite number that is not below zero. Raises ``InputError``."""
+    """Return a finite number that is not below zero. Raises ``InputError``."""
     if not (math.isfinite(value) and value >= 0):
         raise InputError(where, value, "must not be negative", code="negative")
     return float(value)
 
 
 def at_least(where: str, value: int, least: int) -> int:
-    """A whole number from ``least`` on. Raises ``InputError``."""
+    """Return a whole number from ``least`` on. Raises ``InputError``."""
     if not _whole(value) or value < least:
         raise InputError(where, value, f"it must be a whole number, {least} or more", code="whole-number")
     return int(value)
 
 
 def places(where: str, value: int) -> int:
-    """A number of decimals, 0 to 12. Raises ``InputError``."""
+    """Return a number of decimals, 0 to 12. Raises ``InputError``."""
     if not _whole(value) or not 0 <= value <= MOST_DECIMALS:
         raise InputError(where, value, f"decimals must be a whole number from 0 to {MOST_DECIMALS}", code="decimals")
     return int(value)
@@ -44,17 +44,17 @@ def _whole(value: object) -> bool:
 
 
 def finite(where: str, values: np.ndarray) -> np.ndarray:
-    """Values of any shape, none of them missing. Raises ``InputError``."""
+    """Return values of any shape, none of them missing. Raises ``InputError``."""
     if not np.isfinite(values).all():
-        raise InputError(where, None, "it gives values that are no numbers (NaN or infinite)", code="not-finite")
+        raise InputError(where, None, "it gives values that are not numbers (NaN or infinite)", code="not-finite")
     return values
 
 
 def degrees(angle: float) -> str:
-    """An angle in rad, for the user."""
+    """Return an angle in rad as text for the user."""
     return f"{math.degrees(angle):.6g} deg"
 
 
 def millimetres(length: float) -> str:
-    """A length in m, for the user."""
+    """Return a length in m as text for the user."""
     return f"{1e3 * length:.6g} mm"

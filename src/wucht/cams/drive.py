@@ -30,7 +30,7 @@ TABLES = ("law", "follower", "linkage", "speed", "shaft")
 
 @dataclass(frozen=True, eq=False)
 class CamDrive:
-    """law: of the output over the cam angle of a shaft that turns evenly. folder: in which files of records are looked for."""
+    """law: of the output over the cam angle of a shaft that turns evenly. folder: the folder of the files of records."""
 
     law: LawTable
     follower: Follower | None = None
@@ -47,7 +47,7 @@ class CamDrive:
 
     @cached_property
     def motion(self) -> MotionLaw:
-        """Of the output. Raises ``InputError`` where there is no such law."""
+        """Motion law of the output. Raises ``InputError`` where there is no such law."""
         told = self.linkage or self.follower
         known = told.unit if told is not None else self.law.stated_unit
         return self.law.motion(unit_of_output(self.law.quantities(), known))
@@ -77,7 +77,7 @@ class CamDrive:
 
     @cached_property
     def turning(self) -> ShaftMotion:
-        """The motion of the shaft. Raises ``InputError`` where nothing says it."""
+        """The motion of the shaft. Raises ``InputError`` where no table states it."""
         if self.speed is None:
             raise InputError(
                 "speed", None, "the table [speed] is missing: the speed of the camshaft over a turn", code="missing"
@@ -88,7 +88,7 @@ class CamDrive:
     def turning_with_corrected_cam(self) -> ShaftMotion:
         """The motion of the shaft for which the cam is corrected: that of the table [speed], or else predicted from [shaft].
 
-        Raises ``InputError`` where nothing says it, ``RunError`` where none is found.
+        Raises ``InputError`` where no table states it, ``RunError`` where there is none.
         """
         if self.speed is not None or self.shaft is None:
             return self.turning
@@ -100,7 +100,7 @@ class CamDrive:
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """What it is, as JSON: two drives with the same facts are the same."""
+        """Content of the tables as JSON: two drives with the same facts are the same."""
         tables = {name: getattr(self, name) for name in TABLES}
         facts = {
             n: {"kind": t.kind, **t.model_dump(mode="json", exclude_none=True)} for n, t in tables.items() if t is not None
@@ -112,27 +112,27 @@ class CamDrive:
         return {"title": self.title, **facts}
 
     def contents(self, name: str) -> str:
-        """Of a file, so that a changed one is another question. Empty where it cannot be read: the study says so."""
+        """Return a digest of a file, so that a changed file gives new results. Empty where it cannot be read."""
         return contents_of(self.folder / name)
 
 
 def laws() -> dict[str, type[LawTable]]:
-    """The kinds of laws by name, here or in the user's own code."""
+    """Return the kinds of laws by name, of wucht and of the user's packages."""
     return kinds_of(LawTable, GROUP)
 
 
 def followers() -> dict[str, type[Follower]]:
-    """The kinds of followers by name."""
+    """Return the kinds of followers by name."""
     return kinds_of(Follower, GROUP)
 
 
 def linkages() -> dict[str, type[LinkageTable]]:
-    """The kinds of linkages by name."""
+    """Return the kinds of linkages by name."""
     return kinds_of(LinkageTable, GROUP)
 
 
 def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:
-    """The drive that the tables of a cam file describe. Raises ``InputError``: which key, what was given, what is allowed."""
+    """Return the drive that the tables of a cam file describe. Raises ``InputError``: the key, its value, the allowed ones."""
     tables = {name: dict(table(dict(document), name, name)) for name in TABLES if name in document}
     if "law" not in tables:
         raise InputError("law", None, "the table [law] is missing: the motion that the output is to make", code="missing")

@@ -1,4 +1,4 @@
-"""The output on a spring: what it makes of the motion of the lever, where it does not come to rest, and which lever it wants.
+"""The output on a spring: its motion for a motion of the lever, its residual vibration in dwells, and the lever tuned for it.
 
 Between the lever, which the cam moves, and the mass of the output stand one spring and one damper: the kinetoelastic part of
 004, section 4. Motions are series over tau = omega t, the time of a turn as an angle; all numbers are in SI, a motion in rad
@@ -19,7 +19,7 @@ from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 
 _DENSE = 16  # samples for each turn of the highest order: two extrema between two of them differ by nothing that counts
-_BLOCK = 64  # series that are looked at together, so that memory stays small
+_BLOCK = 64  # series that are evaluated together, so that memory stays small
 _STEPS = 5  # of Newton's method, from a sample beside the extremum
 _TURN = 2 * math.pi
 _NEGLIGIBLE = 1e-13  # of the largest order: orders of a motion that are rounding
@@ -60,7 +60,7 @@ def _largest(x: np.ndarray, basis: np.ndarray, mean: np.ndarray, waves: np.ndarr
 
 @dataclass(frozen=True)
 class Dwell:
-    """Where the output is to rest: from begin to end, in rad of tau (an end below its begin is one turn later), at a value."""
+    """Arc on which the output rests: begin to end, in rad of tau (an end below its begin is one turn later), at a value."""
 
     begin: float
     end: float
@@ -77,14 +77,14 @@ class Dwell:
         return float(self.largest_of(np.array([series.mean]), _waves(series)[np.newaxis])[0])
 
     def largest_of(self, mean: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Of many series at once (M,): see ``largest_on_arc``."""
+        """Return the largest magnitudes of many series at once (M,): see ``largest_on_arc``."""
         arc = self.end - self.begin
         return largest_on_arc(self.begin, arc if arc >= 0 else arc + _TURN, mean, waves)
 
 
 @dataclass(frozen=True)
 class ResidualVibration:
-    """In the dwells, at most. deviation: of the output from where it is to rest, in its unit. acceleration: per s^2."""
+    """Largest values in the dwells. deviation: of the output from its rest position, in its unit. acceleration: per s^2."""
 
     deviation: float
     acceleration: float
@@ -159,7 +159,7 @@ class ElasticOutput:
         law : Harmonics, of the output
         omega : float, in rad/s
         most : float, above 1
-            The largest |H_k| and 1/|H_k| of an order of the law that is taken. Near a resonance the lever must nearly rest in
+            The largest accepted |H_k| and 1/|H_k| of an order of the law. Near a resonance the lever must nearly rest in
             that order, and a small error of speed or stiffness spoils the motion; far above it the lever must exaggerate.
 
         Raises ``InputError`` (law): an order beyond ``most``; (most); (omega): a speed that is not positive.
@@ -183,12 +183,12 @@ class ElasticOutput:
         return _multiplied(law, law.mean, inverse)
 
     def residual(self, lever: Harmonics, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
-        """The vibration that is left where the output is to rest, exactly. Raises as ``steady``; without a dwell too."""
+        """Return the residual vibration in the dwells, exactly. Raises as ``steady``, and without a dwell."""
         found = self._left(lever, np.array([omega]), dwells)
         return ResidualVibration(*(float(each[0]) for each in found))
 
     def residual_over_speed(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
-        """The vibration left in the dwells at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
+        """Return the residual vibration at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
         speeds = np.atleast_1d(np.asarray(speeds, float))
         if not speeds.size:
             raise InputError("speeds", None, "there must be a speed")
@@ -199,9 +199,9 @@ class ElasticOutput:
         return VibrationOverSpeed(speeds, deviation, acceleration, orders[within], resonances[within])
 
     def _left(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> tuple[np.ndarray, np.ndarray]:
-        """In the dwells at most, at each speed: deviation (M,) and acceleration (M,)."""
+        """Return the largest deviation (M,) and acceleration (M,) in the dwells at each speed."""
         if not dwells:
-            raise InputError("dwells", None, "there must be a dwell in which to look for vibration")
+            raise InputError("dwells", None, "needs a dwell in which the residual vibration is evaluated")
         waves, k = np.stack([_waves(self.steady(lever, float(omega))) for omega in speeds]), np.arange(1, lever.count + 1)
         mean, none = np.full(len(speeds), lever.mean), np.zeros(len(speeds))
         deviations = [d.largest_of(mean - d.value, waves) for d in dwells]
@@ -209,7 +209,7 @@ class ElasticOutput:
         return np.max(deviations, axis=0), speeds**2 * np.max(accelerations, axis=0)
 
     def weights(self, count: int, omega: float, power: float = 2.0) -> np.ndarray:
-        """k^power |H_k| (N,), for ``synthesise``: with 2 it finds the law with the least rms acceleration of the output.
+        """Return k^power |H_k| (N,), for ``synthesise``: 2 gives the law with the least rms acceleration of the output.
 
         Raises ``InputError``: a speed that is not positive, an order at the resonance without damping.
         """
@@ -223,7 +223,7 @@ class ElasticOutput:
         return coupling, coupling - self.inertia * w**2
 
     def _on(self, lever: Harmonics, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """Both at the orders of a lever (N,), neither zero."""
+        """Return both stiffnesses at the orders of a lever (N,), neither zero."""
         coupling, dynamic = self._stiffnesses(_frequencies(lever.count, omega))
         undamped = np.abs(dynamic) <= _AT_RESONANCE * self.stiffness
         present = _present(lever)
@@ -242,12 +242,12 @@ def _frequencies(count: int, omega: float) -> np.ndarray:
 
 
 def _present(series: Harmonics) -> np.ndarray:
-    """Which orders are there (N,)."""
+    """Return True for each order that is not negligible (N,)."""
     return np.asarray(series.amplitudes > _NEGLIGIBLE * series.amplitudes.max(initial=0.0))
 
 
 def _multiplied(series: Harmonics, mean: float, by: np.ndarray) -> Harmonics:
-    """Of Re (A_k - i B_k) exp(i k tau), each multiplied by a complex number (N,)."""
+    """Return the series of Re (A_k - i B_k) exp(i k tau), each order multiplied by a complex number (N,)."""
     product = _waves(series) * by
     return Harmonics(mean, product.real, -product.imag)
 
@@ -259,10 +259,10 @@ def _waves(series: Harmonics) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Truncated:
-    """Of a law the orders up to a number.
+    """The orders of a law up to a number.
 
-    left_out: the sum of the amplitudes above, by no more than which the law differs; left_out_acceleration: likewise, of the
-    second derivative by tau. Above sqrt(2) omega_0/omega no order grows on its way to the output, so there they bound what the
+    omitted_amplitude: the sum of the amplitudes above, a bound of the deviation; omitted_acceleration: likewise, of the second
+    derivative by tau. Above sqrt(2) omega_0/omega no order grows on its way to the output, so there they bound what the
     output lacks, too. Both count the orders below half of the samples: if these are not given, that is all of it but for 1 %
     where the acceleration is continuous.
     """
@@ -275,7 +275,7 @@ class Truncated:
 def truncated(law: Law, count: int, samples: int | None = None) -> Truncated:
     """The first orders of a law that has infinitely many, such as 3-4-5, over tau.
 
-    samples: of a turn; 256 count, at least 16384, if it is not said. What aliases into the series is as large as the orders
+    samples: of a turn; by default 256 count, at least 16384. What aliases into the series is as large as the orders
     about that number. Raises ``InputError`` (orders): none, or not below half of the samples.
     """
     samples = max(256 * count, 16384) if samples is None else samples
@@ -289,7 +289,7 @@ def truncated(law: Law, count: int, samples: int | None = None) -> Truncated:
 
 @dataclass(frozen=True, eq=False)
 class LeverWithDwells:
-    """A motion of the lever to be compared. name: in words. lever: over tau. dwells: of the output, over tau."""
+    """A motion of the lever to be compared. name: its label. lever: over tau. dwells: of the output, over tau."""
 
     name: str
     lever: Harmonics
@@ -298,7 +298,7 @@ class LeverWithDwells:
 
 @dataclass(frozen=True, eq=False)
 class Excited:
-    """What a motion of the lever excites. peak: the largest acceleration of the output, exactly, per s^2. residual: in the
+    """Vibration that the lever excites. peak: the largest acceleration of the output, exactly, per s^2. residual: in the
     dwells. lever_orders, output_orders: amplitudes of the acceleration (N,), per s^2."""
 
     name: str
@@ -309,7 +309,7 @@ class Excited:
 
 
 def excited(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[Excited, ...]:
-    """What each motion excites at a mean speed in rad/s, that with the least deviation in its dwells first.
+    """Return the vibration that each motion excites at a mean speed in rad/s, that with the least deviation in dwells first.
 
     Raises ``InputError`` as ``ElasticOutput.residual``, with the name of the motion.
     """

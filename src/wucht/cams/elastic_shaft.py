@@ -1,7 +1,7 @@
-"""The shaft that twists between its flywheel and the cam: how the cam turns when the mass of the output drags on it.
+"""The shaft that twists between its flywheel and the cam: motion of the cam under the inertia of the output.
 
 A spring and a damper stand between the flywheel, whose motion is given, and the cam; the cam moves the mass of the output
-without play or give (004, section 4). Its periodic motion is found over tau = omega t, the time of a turn as an angle, on even
+without play or give (004, section 4). Its periodic motion is solved over tau = omega t, the time of a turn as an angle, on even
 points, with derivatives of the trigonometric polynomial through them: L. N. Trefethen, "Spectral Methods in MATLAB", SIAM
 2000, chapter 3. All numbers are in SI; a dash is a derivative by tau.
 """
@@ -27,7 +27,7 @@ _SINGULAR = 1e13  # the condition of a Jacobian that leaves three digits of a so
 
 
 class Load(Protocol):
-    """What the output asks of the cam."""
+    """Load of the output on the cam."""
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """The torque over omega^2 and its derivatives by phi, v = phi' and a = phi'', stacked (4, n)."""
@@ -53,13 +53,13 @@ class OriginalCam:
         not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         p, q, r = (self.law(phi, order) for order in (1, 2, 3))
         by_phi = 2 * p * q * a + (q**2 + p * r) * v**2
         return np.asarray(self.inertia * np.stack([p**2 * a + p * q * v**2, by_phi, 2 * p * q * v, p**2]))
 
     def output(self, tau: np.ndarray, phi: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         return np.asarray(self.law(phi))
 
 
@@ -77,14 +77,14 @@ class CorrectedCam:
         not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         pull, none = self.inertia * self.law(tau, 1) * self.law(tau, 2), np.zeros(len(tau))
         if not (v > 0).all():
             return np.full((4, len(tau)), np.inf)
         return np.stack([pull / v, none, -pull / v**2, none])
 
     def output(self, tau: np.ndarray, phi: np.ndarray) -> np.ndarray:
-        """See ``Load``."""
+        """See ``OutputLoad``."""
         return np.asarray(self.law(tau))
 
 
@@ -105,9 +105,9 @@ class ElasticShaft:
         not_negative("shaft.damping", self.damping)
 
     def turning(self, load: Load, drive: Harmonics, omega: float, points: int = _POINTS) -> Turning:
-        """How the cam turns, again and again, under a load: J_c phi_tt + b (phi_t - phi_d,t) + c (phi - phi_d) + torque = 0.
+        """Return the periodic motion of the cam under a load: J_c phi_tt + b (phi_t - phi_d,t) + c (phi - phi_d) + torque = 0.
 
-        Whether it would return to this motion after a disturbance is not looked at. It need not where the inertia at the cam
+        Its stability is not examined: it may be unstable where the inertia at the cam
         changes much within a turn and there is little damping.
 
         Parameters
@@ -118,14 +118,14 @@ class ElasticShaft:
         omega : float
             Mean speed, in rad/s.
         points : int
-            Of a turn; even. Twice as many as the highest order that matters, at least; ``Turning.residual`` tells.
+            Of a turn; even. Twice as many as the highest order that matters, at least; see ``ElasticShaftMotion.residual``.
 
         Raises
         ------
         InputError
             (omega) not positive, (points) odd, or too few for the drive, (drive) that stands still or turns back.
         RunError
-            Where no such motion is found, it turns back, or an undamped resonance leaves it open.
+            Where there is no such motion, it turns back, or an undamped resonance leaves it undetermined.
         """
         _check(drive, omega, points)
         balance = _Balance(self, load, drive, omega, points)
@@ -159,7 +159,7 @@ class Turning:
         return np.asarray(tau + self.fluctuation(tau))
 
     def torque(self, tau: np.ndarray | float) -> np.ndarray:
-        """In the shaft, from the flywheel to the cam, in N m, at tau of any shape."""
+        """Torque in the shaft, from the flywheel to the cam, in N m, at tau of any shape."""
         lag, rate = (self.drive(tau, order) - self.fluctuation(tau, order) for order in (0, 1))
         return np.asarray(self.shaft.stiffness * lag + self.shaft.damping * self.omega * rate)
 
@@ -185,7 +185,7 @@ class _Balance:
         return self.shaft.damping / self.omega, self.shaft.stiffness / self.omega**2
 
     def solved(self) -> tuple[np.ndarray, int]:
-        """u at the points (n,), and after how many steps: Newton's, halved where they do not improve the balance."""
+        """Return u at the points (n,) and the number of steps: Newton's, halved where they do not improve the balance."""
         D, DD = (differentiation(self.points, order) for order in (1, 2))
         u = self.drive(self.tau)
         off = self._off(self.tau, u, D @ u, DD @ u)
@@ -193,7 +193,7 @@ class _Balance:
             jacobian = self._jacobian(u, D, DD)
             if iteration == 1 and not np.linalg.cond(jacobian, 1) < _SINGULAR:
                 raise RunError(
-                    f"at {self.omega:.6g} rad/s the cam on its shaft is in resonance, undamped: {self._remedy()}",
+                    f"at {self.omega:.6g} rad/s the cam on its shaft is in undamped resonance: {self._remedy()}",
                     code="resonance",
                 )
             step = -np.linalg.solve(jacobian, off)
@@ -215,13 +215,13 @@ class _Balance:
         )
 
     def _off(self, tau: np.ndarray, u: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
-        """How far it is out of balance, where u, u' and u'' are these."""
+        """Return the residual of the balance for given u, u' and u''."""
         b, c = self._coefficients
         torque = self.load.torque(tau, tau + u, 1 + slope, bend)[0]
         return np.asarray(self.shaft.inertia * bend + b * (slope - self.drive(tau, 1)) + c * (u - self.drive(tau)) + torque)
 
     def _jacobian(self, u: np.ndarray, D: np.ndarray, DD: np.ndarray) -> np.ndarray:
-        """By u at all points (n, n)."""
+        """Return the derivative of the balance by u at all points (n, n)."""
         b, c = self._coefficients
         _, by_phi, by_v, by_a = self.load.torque(self.tau, self.tau + u, 1 + D @ u, DD @ u)
         return np.asarray((self.shaft.inertia + by_a)[:, None] * DD + (b + by_v)[:, None] * D + np.diag(c + by_phi))
@@ -232,7 +232,7 @@ class _Balance:
         return float(self.omega**2 * np.abs(self._off(tau, *(fluctuation(tau, order) for order in (0, 1, 2)))).max())
 
     def forward(self, speed: Harmonics) -> Harmonics:
-        """The speed, if it is positive. Raises ``RunError``."""
+        """Return the speed if it is positive. Raises ``RunError``."""
         least = speed.bounds[0]
         if not least > 0:
             found = (
@@ -242,12 +242,12 @@ class _Balance:
         return speed
 
     def _remedy(self) -> str:
-        """Where the cam swings by itself, and what helps."""
+        """Return the ratio of the natural frequency to the speed, and possible remedies, as text."""
         none = np.zeros(self.points)
         dragged = float(np.mean(self.load.torque(self.tau, self.tau, 1 + none, none)[3]))
         ratio = math.sqrt(self.shaft.stiffness / (self.shaft.inertia + dragged)) / self.omega
         return (
-            f"by itself it swings about {ratio:.3g} times a turn; give a stiffer shaft, more damping, less inertia at the "
+            f"its natural frequency is {ratio:.3g} times the speed; give a stiffer shaft, more damping, less inertia at the "
             "output, or another speed"
         )
 

@@ -1,6 +1,6 @@
-"""What a milled cam does: from the points of a contour to the motion of the follower that touches them.
+"""The motion that a milled cam makes: from the points of a contour to the motion of the follower that touches them.
 
-It knows nothing of the law the cam was made for, so that it proves what was made.
+It does not use the law the cam was made for, so it verifies the contour independently.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from wucht.errors import InputError
 _DEGREE = 5  # of the spline through the points
 _FEWEST = 2 * _DEGREE
 MOST_STEPS = 40
-EXACT = 1e-14  # of the cam's size: so exactly a contact is found
+EXACT = 1e-14  # of the cam's size: tolerance of a contact
 
 
 class Touching(Protocol):
-    """A follower, as what touches a contour."""
+    """A follower that touches a contour."""
 
     def place(self, moved: np.ndarray) -> np.ndarray:
-        """Where its roller or its face is where the law has a value (any shape), complex or along x, in m."""
+        """Return the position of its roller or face for a value of the law (any shape), complex or along x, in m."""
         ...
 
     def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
-        """The value of its motion (K,) on a contour that has turned (K,), e^(i angle), near one that is expected (K,).
+        """Return the value of its motion (K,) on a contour rotated by e^(i angle) (K,), near a guess (K,).
 
         Raises ``RunError`` where it does not touch near that.
         """
@@ -73,7 +73,7 @@ class MilledContour:
 class MilledCam:
     """A cam with a contour through points (M,), complex in m, in order and the first not repeated.
 
-    follower: what runs on it. clockwise: the sense in which the cam turns. Raises ``InputError`` (points): too few of them.
+    follower: on the contour. clockwise: the sense in which the cam turns. Raises ``InputError`` (points): too few of them.
     """
 
     points: np.ndarray
@@ -90,7 +90,7 @@ class MilledCam:
     def motion(self, phi: np.ndarray, nearly: np.ndarray) -> np.ndarray:
         """The value of the follower's motion at cam angles (K,).
 
-        nearly: about what it is (K,), for the contact that is looked for. Raises ``RunError`` where there is none near it.
+        guess: an approximate value (K,) near the contact. Raises ``RunError`` where there is none near it.
         """
         return self.follower.motion_on(self._contour, np.exp((1j if self.clockwise else -1j) * phi), nearly)
 

@@ -1,4 +1,4 @@
-"""The periodic speed of a camshaft without a measurement: of the inertia it moves, its drive and its loads.
+"""The periodic speed of a camshaft without a measurement: from the inertia it moves, its drive and its loads.
 
 The shaft and all that turns with it have the inertia J0, what moves with the output J1 (kg m^2, or kg where the output slides).
 Energy changes by what the torque T(phi') of the drive, less that of the loads, does. Solved by Fourier collocation and Newton's
@@ -25,7 +25,7 @@ Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in
 _FEWEST, _MOST = 256, 2048  # collocation points; doubled until the highest orders are rounding
 _TAIL, _ROUNDING = 0.25, 1e-10  # share of the orders that are the highest ones, and of the mean speed
 _MOST_STEPS, _MOST_HALVINGS = 40, 30
-_HIDDEN = 1e-9  # of the mean speed: where no part of a step helps any more
+_HIDDEN = 1e-9  # of the mean speed: below it no fraction of a step improves the residual
 _SMALL = 1e-8  # of the largest value: a last step of Newton's method, whose next one would be its square
 _NOTHING = 1e-14  # of the mean speed: the highest orders below are rounding
 
@@ -33,7 +33,7 @@ _NOTHING = 1e-14  # of the mean speed: the highest orders below are rounding
 @dataclass(frozen=True, eq=False)
 class CamShaft:
     """inertia: J0. output_inertia: J1. torque: of the drive less the loads; None: none acts, the eigenmotion. mean_speed: in
-    rad/s; with a torque where it is expected, without one what it is."""
+    rad/s; with a torque the expected one, without a torque the exact one."""
 
     inertia: float
     output_inertia: float
@@ -51,7 +51,7 @@ class CamShaft:
 
     @staticmethod
     def most_inertia_ratio(law: Law) -> float:
-        """Up to which the eigenmotion has a corrected cam: 1/mean(sqrt(1 - psi'^2/max psi'^2))^2 over tau, never below 1.
+        """Return the largest ratio with a corrected cam for the eigenmotion: 1/mean(sqrt(1 - psi'^2/max psi'^2))^2, at least 1.
 
         There the shaft would come to rest where the output is fastest; above it no energy gives the mean speed.
         """
@@ -61,7 +61,7 @@ class CamShaft:
     def with_cam(self, law: Law) -> ShaftMotion:
         """The motion of the shaft with a cam whose output moves by a law over the cam angle.
 
-        Of E = J phi'^2/2 and J = J0 + J1 psi'(phi)^2 it is dE/dphi = T. Raises ``RunError`` where no such motion is found.
+        With E = J phi'^2/2 and J = J0 + J1 psi'(phi)^2 it is dE/dphi = T. Raises ``RunError`` where there is no such motion.
         """
 
         def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
@@ -79,10 +79,10 @@ class CamShaft:
         return ShaftMotion(over_time(speed, speed.count).speed.without_rounding(_NOTHING))
 
     def with_corrected_cam(self, law: Law) -> ShaftMotion:
-        """The motion of the shaft with that cam by which the output moves by a law over the time of a turn, whatever cam it is.
+        """Return the motion of the shaft with the cam that makes the output move by a law over the time of a turn.
 
-        Of E = J0 phi'^2/2 + J1 (omega psi'(tau))^2/2 it is omega dE/dtau = T phi', omega being the mean of phi'. Raises
-        ``RunError`` where no such motion is found.
+        With E = J0 phi'^2/2 + J1 (omega psi'(tau))^2/2 it is omega dE/dtau = T phi', omega being the mean of phi'. Raises
+        ``RunError`` where there is no such motion.
         """
 
         def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
@@ -96,7 +96,7 @@ class CamShaft:
         return ShaftMotion(_resolved(attempt).without_rounding(_NOTHING))
 
     def _eigenmotion(self, moved: np.ndarray, law: Law) -> np.ndarray:
-        """phi' of constant energy, with moved = J1 psi'(tau)^2/2: omega sqrt(x - 2 moved/J0), of mean omega."""
+        """Return phi' of constant energy: omega sqrt(x - 2 E1/J0), of mean omega; output_energy: E1 = J1 psi'(tau)^2/2."""
         lost = 2 * moved / self.inertia
         low, high = float(lost.max()), float(lost.max()) + 2.0
         if np.sqrt(low - lost).mean() >= 1:
@@ -109,16 +109,16 @@ class CamShaft:
         return np.asarray(self.mean_speed * np.sqrt(high - lost))
 
     def free(self, mean_speed: float) -> CamShaft:
-        """Without a torque: its motion is the eigenmotion, of constant energy, at a mean speed in rad/s."""
+        """Return the shaft without a torque: its motion is the eigenmotion, of constant energy, at a mean speed in rad/s."""
         return CamShaft(self.inertia, self.output_inertia, mean_speed)
 
     def energy(self, cam: Law, motion: ShaftMotion) -> float:
-        """In J, of shaft and output with a cam on a motion of the shaft, at the cam angle zero."""
+        """Return the energy in J of shaft and output with a cam on a motion of the shaft, at the cam angle zero."""
         reduced = self.inertia + self.output_inertia * float(cam(0.0, 1)) ** 2
         return float(reduced * motion.speed(0.0) ** 2 / 2)
 
     def remedy(self, law: Law) -> str:
-        """What is wrong where there is no solution, and what helps."""
+        """Return the inertia ratio and the permitted one, and possible remedies, as text."""
         ratio, most = self.inertia_ratio(law), self.most_inertia_ratio(law)
         shown = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; without a drive this law allows up to {most:.3g}"
         return f"{shown}: a larger flywheel, a smaller stroke"
@@ -129,21 +129,21 @@ class CamShaft:
         return np.asarray(self.output_inertia * self.mean_speed**3 * law(tau, 1) * law(tau, 2))
 
     def left_by(self, cam: Law, count: int) -> tuple[float, ShaftMotion]:
-        """What is left above order N = count with a cam, as a share of order 1, and the motion of the shaft with it."""
+        """Return the residual above order N = count with a cam, as a share of order 1, and the motion of the shaft with it."""
         shaft = self.with_cam(cam)
         return above(orders(MotionOverTime(cam, shaft)), count), shaft
 
 
 @dataclass(frozen=True, eq=False)
 class _EnergyBalance:
-    """dE/dphi - T(phi') at even phi. reduced: J (n,). derivative: the matrix (n, n) of d/dphi."""
+    """dE/dphi - T(phi') at even phi. reduced_inertia: J (n,). derivative: the matrix (n, n) of d/dphi."""
 
     reduced: np.ndarray
     derivative: np.ndarray
     torque: Torque
 
     def __call__(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What is off (n,), and its Jacobian (n, n)."""
+        """Return the residual (n,) and its Jacobian (n, n)."""
         speed = np.sqrt(2 * energy / self.reduced)
         torque, slope = self.torque(speed)
         return self.derivative @ energy - torque, self.derivative - np.diag(slope / (self.reduced * speed))
@@ -151,7 +151,7 @@ class _EnergyBalance:
 
 @dataclass(frozen=True, eq=False)
 class _PowerBalance:
-    """omega dE/dtau - T phi' at even tau. moved: J1 psi'^2/2 (n,)."""
+    """omega dE/dtau - T phi' at even tau. output_energy: J1 psi'^2/2 (n,)."""
 
     inertia: float
     moved: np.ndarray
@@ -159,7 +159,7 @@ class _PowerBalance:
     torque: Torque
 
     def __call__(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What is off (n,), and its Jacobian (n, n)."""
+        """Return the residual (n,) and its Jacobian (n, n)."""
         omega, (torque, slope) = float(speed.mean()), self.torque(speed)
         turning, moving = self.derivative @ (self.inertia * speed**2 / 2), self.derivative @ self.moved
         by_mean = (turning + 3 * omega**2 * moving)[:, None] / len(speed)
@@ -170,7 +170,7 @@ class _PowerBalance:
 def _newton(
     balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: np.ndarray, remedy: Callable[[], str]
 ) -> np.ndarray:
-    """Where a balance of positive unknowns is closed: Newton's steps, halved where they do not help."""
+    """Return the root of a balance of positive unknowns: Newton's steps, halved where they do not help."""
     x, (off, jacobian) = start, balance(start)
     for _ in range(_MOST_STEPS):
         try:
@@ -186,7 +186,7 @@ def _newton(
                     break
             step = step / 2
         else:
-            # Rounding hides what is left: the whole step tells how far the solution still is.
+            # Rounding hides the residual: the whole step measures how far the solution still is.
             if np.abs(whole).max() <= _HIDDEN * np.abs(x).max():
                 return np.asarray(x)
             break
@@ -197,15 +197,15 @@ def _newton(
 
 
 def _positive(speed: Harmonics, count: int, otherwise: float) -> np.ndarray:
-    """A speed at even points (n,), the other one where it is not above zero: too few orders let it swing below."""
+    """Return a speed at even points (n,), the fallback where it is not above zero: with too few orders it may fall below."""
     values = speed(even_angles(count))
     return np.where(values > 0, values, otherwise)
 
 
 def _resolved(attempt: Callable[[int, Harmonics | None], Harmonics]) -> Harmonics:
-    """The speed with so many points that its highest orders are rounding, or the most: ``unresolved`` tells.
+    """Return the speed with so many points that its highest orders are rounding, or the most: see ``unresolved_share``.
 
-    attempt: from a number of points and the speed that was found with fewer, None at first.
+    attempt: from a number of points and the speed computed with fewer, None at first.
     """
     count, found = _FEWEST, None
     while True:
@@ -220,9 +220,9 @@ def _highest(speed: Harmonics) -> float:
 
 
 def unresolved(motion: ShaftMotion) -> float:
-    """The largest of the highest orders of a predicted speed, as a share of its mean, where there are as many as can be.
+    """Return the largest of the highest orders of a predicted speed over its mean, where the number of points is largest.
 
-    A law whose acceleration jumps has no end of orders, and a shaft that nearly stands still within a turn very many.
+    A law whose acceleration jumps has infinitely many orders, and a shaft that nearly stands still within a turn very many.
     """
     amplitudes = motion.speed.amplitudes[round((1 - _TAIL) * _MOST / 2) :]
     return float(amplitudes.max(initial=0.0) / motion.mean)

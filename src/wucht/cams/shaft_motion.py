@@ -1,4 +1,4 @@
-"""The motion of a camshaft that does not turn evenly: its angle over the time of a turn, and back.
+"""The motion of a camshaft that does not turn evenly: its angle over the time of a turn, and the inverse.
 
 tau = 2 pi t/T counts the time of a turn T as an angle; omega = 2 pi/T is the mean speed.
 """
@@ -83,7 +83,7 @@ class ShaftMotion:
 
     def time_derivatives(self, phi: np.ndarray | float) -> np.ndarray:
         """tau and its first three derivatives by phi (4, ...), not to be written to."""
-        # A contour asks for the derivatives of its law one by one, at the same angles: those last asked for are kept.
+        # A contour needs the derivatives of its law one by one, at the same angles: the last ones are kept.
         at, known = self.__dict__.get("_last", (None, None))
         if known is not None and np.array_equal(at, phi):
             return np.asarray(known)
@@ -95,17 +95,17 @@ class ShaftMotion:
         return found
 
     def scaled(self, by: float) -> ShaftMotion:
-        """With a fluctuation so many times as large about the same mean."""
+        """Return the motion with its fluctuation scaled by a factor about the same mean."""
         return ShaftMotion(Harmonics(self.mean, by * self.speed.cosine, by * self.speed.sine))
 
     def without(self, order: int) -> ShaftMotion:
-        """Without an order of its fluctuation."""
+        """Return the motion without an order of its fluctuation."""
         keep = np.arange(1, self.speed.count + 1) != order
         return ShaftMotion(Harmonics(self.mean, keep * self.speed.cosine, keep * self.speed.sine))
 
 
 def with_period(speed: Harmonics, period: float) -> ShaftMotion:
-    """The motion of a shaft whose turn takes a period in s. Raises ``InputError`` where order 0 is not 2 pi/T."""
+    """Return the motion of a shaft whose turn takes a period in s. Raises ``InputError`` where order 0 is not 2 pi/T."""
     expected = 2 * math.pi / period
     if abs(speed.mean - expected) > _ALIKE * expected:
         allowed = f"order 0 must be 2 pi/T = {expected:.6g} rad/s, T = {period:.6g} s being the time of a turn"
@@ -114,9 +114,9 @@ def with_period(speed: Harmonics, period: float) -> ShaftMotion:
 
 
 def over_time(speed_over_angle: Harmonics, orders: int) -> ShaftMotion:
-    """The motion of a shaft whose speed in rad/s is known over its angle, as order tracking gives it.
+    """Return the motion of a shaft whose speed in rad/s is known over its angle, as from order tracking.
 
-    orders: how many of the speed over time are kept; these differ from those over angle in second order of the fluctuation.
+    orders: number of orders of the speed over time; these differ from those over angle in second order of the fluctuation.
     dt = dphi/phi', so that tau(phi) = omega integral of dphi/phi' and 1/omega is the mean of 1/phi'. Raises as ``ShaftMotion``.
     """
     over_angle = ShaftMotion(speed_over_angle).speed

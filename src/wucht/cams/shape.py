@@ -1,5 +1,5 @@
-"""What the contour of a cam is like, and what it is judged by: its least radii, its pressure angle, what is cut away of it, and
-between which circles it lies."""
+"""Properties by which the contour of a cam is assessed: its least radii, its pressure angle, the arcs that are cut away, and
+the circles between which it lies."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class Shape:
 
     convex, hollow: the least radius of curvature where the material bulges and where it is hollow, None where it is nowhere.
     pressure_angle: the largest, as a magnitude. base, blank: the least and the largest distance of the contour from the cam's
-    centre. Radii are those of what is left. undercut: arcs on which the contour runs backwards; missing: arcs that are cut
+    centre. Radii: of the remaining contour. undercut: arcs on which the contour runs backwards; missing: arcs that are cut
     away, those among them. largest_roller: with which nothing would be missing, infinite where every roller will do, None of a
     flat face. wheel: the largest that reaches all of the contour, None where every wheel does, or some is missing.
-    part: what of the follower touches the contour, in a word.
+    part: the element of the follower that touches the contour, as one word.
     """
 
     convex: RadiusAt | None
@@ -54,7 +54,7 @@ class Shape:
 
 
 def shapes(cams: Mapping[str, Cam], *, allow_undercut: bool = False, wheel_radius: float | None = None) -> dict[str, Shape]:
-    """Of each cam. allow_undercut: a contour that is cut away is not refused, if something is left. wheel_radius: of a grinding
+    """Return the shape of each cam. allow_undercut: accept a contour that is partly cut away. wheel_radius: of a grinding
     wheel that must reach all of the contours, in m.
 
     Raises ``InputError`` (follower..., wheel_radius) where one cannot be made.
@@ -108,7 +108,7 @@ def _least(function: RealFunction) -> Extreme:
 
 
 def beyond_common(shapes: Iterable[Shape], unit: str) -> list[str]:
-    """A sentence where a pressure angle is larger than is common. unit: of the follower's motion, rad or m."""
+    """Return a remark where a pressure angle is larger than usual. unit: of the follower's motion, rad or m."""
     angle, common = largest_pressure_angle(shapes), COMMON[unit]
     if angle.value <= common:
         return []
@@ -118,11 +118,11 @@ def beyond_common(shapes: Iterable[Shape], unit: str) -> list[str]:
 
 
 def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
-    """Of all cams."""
+    """Return the largest pressure angle of all cams."""
     return max((s.pressure_angle for s in shapes), key=lambda extreme: extreme.value)
 
 
 def degrees(angle: float) -> str:
-    """A cam angle in rad, for the user."""
+    """Return a cam angle in rad as text for the user."""
     turns = math.degrees(angle)
     return f"{turns if turns <= 360 else turns - 360:.4g}°"

@@ -1,4 +1,4 @@
-"""Where the contour of a cam is cut away, and how sharply what remains is bent.
+"""Arcs of a cam's contour that are cut away, and the curvature of the rest.
 
 Locally a contour folds where the pitch curve is bent more sharply than the roller. But the roller may also, while it runs
 elsewhere, cut into a part that is finished. Both are one question to the pitch curve: how large is the largest ball that
@@ -40,13 +40,13 @@ class RadiusAt:
 
 @dataclass(frozen=True)
 class CutAway:
-    """What a roller or a face leaves of a contour.
+    """Contour that a roller or a face leaves.
 
     undercut: arcs of the cam angle, (begin, end) in rad, on which the contour runs backwards. missing: arcs on which it is cut
     away, by the roller next to it (they hold those of ``undercut``) or elsewhere. convex, hollow: the least radius of curvature
-    of what is left where its material bulges and where it is hollow, None where it is nowhere; beside arcs that are missing
-    there is an edge besides. largest_roller: in m, with which nothing would be missing; infinite where that holds of every
-    roller, or there is a face.
+    of the rest where its material bulges and where it is hollow, None where it is nowhere; beside arcs that are missing
+    there is an edge besides. largest_roller: in m, with which nothing would be missing; infinite where every roller fits,
+    or there is a face.
     """
 
     undercut: tuple[Arc, ...]
@@ -56,12 +56,12 @@ class CutAway:
     largest_roller: float
 
     def is_missing(self, phi: np.ndarray) -> np.ndarray:
-        """Whether the contour is cut away at cam angles (N,)."""
+        """Return True where the contour is cut away, at cam angles (N,)."""
         return within(self.missing, phi)
 
     @property
     def elsewhere(self) -> tuple[Arc, ...]:
-        """Those missing arcs in which nothing is undercut: the roller cuts into them from another cam angle alone."""
+        """Missing arcs without undercut: the roller cuts into them from other cam angles alone."""
         folds = np.array([begin for begin, _ in self.undercut])
         return tuple(arc for arc in self.missing if not within((arc,), folds).any())
 
@@ -84,18 +84,18 @@ class Side:
         return points, widest, cKDTree(plane(points), _LEAF)
 
     def limit(self, ball: float) -> float:
-        """The radius of a ball as a limit: infinite where the ball is a straight edge."""
+        """Return the radius of a ball as a limit: infinite where the ball is a straight edge."""
         return ball if ball < self._samples[1] * (1 - EDGE) else math.inf
 
     def tightest(self) -> RadiusAt | None:
-        """The least of the largest balls, None where none is a limit."""
+        """Return the least of the largest balls, None where none is a limit."""
         at, balls = self.narrowest()
         k = int(np.argmin(balls))
         return RadiusAt(float(balls[k]), float(at[k])) if math.isfinite(self.limit(float(balls[k]))) else None
 
     def largest_ball(self, phi: np.ndarray) -> np.ndarray:
-        """The radius in m (N,) of the largest ball that touches the curve at phi (N,) and holds no other point of it; at most
-        that of a straight edge."""
+        """Return the radius in m (N,) of the largest ball that touches the curve at phi (N,) and holds no other point of it; at
+        most that of a straight edge."""
         points, widest, tree = self._samples
         at, normal, bend = self.curve(phi), self.normal(phi), self.bend(phi)
         radius = 1 / np.maximum(bend, 1 / widest)
@@ -120,36 +120,36 @@ class Side:
         return np.asarray(radius)
 
     def narrowest(self, radius: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Where the largest ball is smallest, and how large it is there; also where it has a minimum below a radius."""
+        """Return the angles of the smallest among the largest balls, and their radii; also minima below a radius."""
         balls = self.largest_ball(GRID)
         return valleys(self.largest_ball, balls, _BETWEEN * max(radius, float(balls.min())))
 
 
 def _ball(at: np.ndarray, normal: np.ndarray, through: np.ndarray, apart: np.ndarray) -> np.ndarray:
-    """The radius of the ball that touches at a point and passes through another one; infinite where there is none."""
+    """Return the radius of the ball that touches at one point and passes through another; infinite where there is none."""
     chord = through - at
     depth = np.where(apart, (normal.conj() * chord).real, 0.0)
     return np.asarray(np.divide(np.abs(chord) ** 2, 2 * depth, out=np.full(len(at), np.inf), where=depth > 0))
 
 
 def plane(points: np.ndarray) -> np.ndarray:
-    """Complex points (N,) as rows x, y (N, 2)."""
+    """Return complex points (N,) as rows x, y (N, 2)."""
     return np.column_stack([points.real, points.imag])
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:
-    """An angle from -pi to pi."""
+    """Return an angle from -pi to pi."""
     return np.asarray(np.mod(angle + math.pi, TURN) - math.pi)
 
 
 def within(arcs: tuple[Arc, ...], phi: np.ndarray) -> np.ndarray:
-    """Whether cam angles (N,) lie on one of several arcs."""
+    """Return True where cam angles (N,) lie on one of several arcs."""
     inside = [np.mod(phi - begin, TURN) <= end - begin for begin, end in arcs]
     return np.asarray(np.any(inside, axis=0)) if inside else np.zeros(len(phi), bool)
 
 
 def least_radius(curve: Callable[[np.ndarray], np.ndarray], bend: RealFunction) -> RadiusAt | None:
-    """The least radius of a curve that bends by -bend, and where; None where it is nowhere bent."""
+    """Return the least radius of a curve that bends by -bend, and its angle; None where it is nowhere bent."""
     at, bends = valleys(bend)
     k = int(np.argmin(bends))
     straight = -_STRAIGHT / np.abs(curve(GRID)).max()

@@ -1,6 +1,6 @@
-"""Parts -> machine: what concerns several parts is checked and put together here, whether they come from a file or from Python.
+"""Assembly of a machine from its parts, with the checks that concern several parts, from a file or from Python.
 
-Faults lie where the parts are: at their paths (``p1.about``, ``drives.e1.on``).
+Errors are located at the paths of the parts (``p1.about``, ``drives.e1.on``).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ RESERVED = (
     "attachments", "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation",
     "machine", "psi", "delta",
 )  # fmt: skip
-BESIDE_A_MODEL = "not allowed beside model = {!r}, which brings its own parts"
+BESIDE_A_MODEL = "not allowed beside model = {!r}, which defines all parts itself"
 
 ShaftT = TypeVar("ShaftT", bound=OnShaft)
 
@@ -41,7 +41,7 @@ ShaftT = TypeVar("ShaftT", bound=OnShaft)
 def assembled(
     carrier: Any, bodies: Any, drives: Any, loads: Any, attachments: Any, schedules: Any, tracks: Any, title: str
 ) -> dict[str, Any]:
-    """The fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
+    """Return the fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
     if isinstance(carrier, Model):
         others = {"bodies": bodies, "drives": drives, "loads": loads, "attachments": attachments, "tracks": tracks}
         for key, given in others.items():
@@ -65,12 +65,12 @@ def assembled(
 
 
 def _repeated(names: Iterable[Any]) -> Any:
-    """The first that occurs twice."""
+    """Return the first item that occurs twice, None without one."""
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
 
 def _parts_of(family: Any, given: Any, key: str) -> tuple[Any, ...]:
-    """The parts of a list. Raises ``InputError`` for what is none, or none of this family."""
+    """Return the parts of a list. Raises ``InputError`` for anything else than a part of this family."""
     if not isinstance(given, list | tuple):
         raise InputError(key, given, f"must be a list of {key}")
     for i, part in enumerate(given):
@@ -80,14 +80,14 @@ def _parts_of(family: Any, given: Any, key: str) -> tuple[Any, ...]:
 
 
 def _check_bodies(bodies: Sequence[Body]) -> None:
-    """Each has a name of its own, and turns about one that is there. Raises ``InputError``."""
+    """Check that each body has a unique name, and turns about an existing body. Raises ``InputError``."""
     if not bodies:
         raise InputError("bodies", None, "a machine needs at least one body: [[machine.bodies]]")
     for i, body in enumerate(bodies):
         if body.name in RESERVED:
-            raise InputError(f"bodies[{i}].name", body.name, f"this name is taken; taken are {', '.join(RESERVED)}")
+            raise InputError(f"bodies[{i}].name", body.name, f"this name is reserved, as are {', '.join(RESERVED)}")
     if name := _repeated(b.name for b in bodies):
-        raise InputError("bodies", name, "two bodies have this name; each needs its own")
+        raise InputError("bodies", name, "two bodies have this name; the names of bodies must differ")
     for body in (b for b in bodies if b.reference is not None):
         if fault := _fault_of_reference(body, bodies):
             raise InputError(f"{body.path}.about", body.reference, fault)
@@ -122,9 +122,9 @@ def _check_carrier(carrier: Support, bodies: Iterable[Body]) -> None:
 
 
 def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
-    """What distinguishes drives or loads in paths, each given as (body, kind).
+    """Return the labels that distinguish drives or loads in paths, each given as (body, kind).
 
-    Nothing for the only one, the body, or body and kind where a body has two.
+    Empty for the only one, else the body, or body and kind where a body has two.
     """
     if len(shafts) == 1:
         return [""]
@@ -133,7 +133,7 @@ def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tuple[ShaftT, ...]:
-    """Drives or loads, each with its body and its label. Raises ``InputError``."""
+    """Return drives or loads, each with its body and its label. Raises ``InputError``."""
     names, rotors = [b.name for b in bodies if b.turns()], [b.name for b in bodies if b.turns() and b.reference is None]
     on = [rotors[0] if len(rotors) == 1 and "on" not in s.model_fields_set else s.on for s in shafts]
     labels = shaft_labels([(body, s.kind) for body, s in zip(on, shafts, strict=True)])
@@ -213,7 +213,7 @@ def _of_parts(
 
 
 def _moving_inertia(carrier: Support, bodies: Sequence[Body], label: str) -> float:
-    """The mass in kg, or moment of inertia in kg m^2, that moves with a coordinate of the carrier, bodies at their places.
+    """Return the mass in kg, or moment of inertia in kg m^2, that moves with a coordinate of the carrier, bodies in place.
 
     It is the second derivative of the kinetic energy of all by the coordinate's velocity.
     """
@@ -227,7 +227,7 @@ def _moving_inertia(carrier: Support, bodies: Sequence[Body], label: str) -> flo
 
 
 def _sliding(body: Body) -> list[SlidingBody]:
-    """What slides in a guide: the body itself, or a mass in one that turns."""
+    """Return the sliding bodies: the body itself in a guide, or a mass in one that turns."""
     guide = body.name if body.turns() else body.reference or ""
     return [SlidingBody(body.name, body.kind, c, guide) for c in body.coordinates() if not c.angle]
 
@@ -252,7 +252,7 @@ def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr])
 
 
 def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
-    """Warnings about rotors that their balancers cannot balance, and those of the bodies' own."""
+    """Return warnings about rotors that their balancers cannot balance, and the warnings of the bodies."""
     warnings = []
     turning = [b for b in bodies if b.turns()]
     for rotor in (b for b in turning if b.reference is None):
@@ -266,15 +266,15 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
             others = "the rotor and all other balancers together: they cannot compensate each other"
             warnings.append(f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than {others}")
         if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
-            only = f"one body compensates only an unbalance equal to its own, and the rotor's is {own:.4g} kg m"
+            only = f"one body compensates only an equal unbalance, and the rotor's is {own:.4g} kg m"
             warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
     return (*warnings, *(doubt for b in bodies for doubt in b.doubts()))
 
 
 def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
-    """The machine with the contacts of its tracks, their bodies evenly spaced until a start arranges them.
+    """Return the machine with the contacts of its tracks, their bodies evenly spaced until a start arranges them.
 
-    given: tables with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
+    tables: with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
     """
     bodies = [p for p in machine.parts if isinstance(p, Tracked)]
     names = sorted({b.track for b in bodies if b.track is not None})

@@ -1,4 +1,4 @@
-"""What is fastened to the carrier: whether its place moves, where that is, and how it stands at rest."""
+"""Attachments of the carrier: checks that their place moves, their position, and their state at rest."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _ACROSS = 1e-9  # cosine of the angle between a line and a motion that are acros
 
 
 def check_attachments(attachments: Sequence[Attachment], carrier: Support, taken: Sequence[str]) -> None:
-    """Each has a name of its own, and is where the carrier moves. taken: other names. Raises ``InputError``."""
+    """Check that each has a unique name, and is where the carrier moves. used_names: of other parts. Raises ``InputError``."""
     for i, attached in enumerate(attachments):
         if attached.name in (*taken, *(a.name for a in attachments[:i])):
-            sentence = "this name is taken; each body and attachment needs its own"
+            sentence = "this name is already used; the names of bodies and attachments must differ"
             raise InputError(f"attachments[{i}].name", attached.name, sentence)
         turns = carrier.placed().rotation != 0
         if attached.at is not None and not turns:
@@ -35,7 +35,7 @@ def check_attachments(attachments: Sequence[Attachment], carrier: Support, taken
 
 
 def doubts_at_rest(machine: Mechanism) -> tuple[str, ...]:
-    """Warnings about what is already pressed where the carrier rests."""
+    """Return warnings about parts that are already pressed where the carrier rests."""
     lines = [part for part in machine.parts if isinstance(part, AlongLine)]
     if not lines:
         return ()
@@ -45,5 +45,5 @@ def doubts_at_rest(machine: Mechanism) -> tuple[str, ...]:
 
 
 def place_of(attached: Attachment, carrier: Support) -> Point:
-    """Where it is on the carrier."""
+    """Return its position on the carrier."""
     return carrier.axis_at(attached.place() or (sp.S.Zero, sp.S.Zero))

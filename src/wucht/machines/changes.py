@@ -1,4 +1,4 @@
-"""What changes in a machine while it runs: locked bodies that are released, schedules, and laws in pieces."""
+"""Changes of a machine while it runs: locked bodies that are released, schedules, and piecewise laws."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from wucht.system import TIME
 
 
 def release_events(machine: Machine) -> tuple[Event, ...]:
-    """The events at which the locked bodies of a machine are released: their parameter ``locked`` becomes 0."""
+    """Return the events at which the locked bodies of a machine are released: their parameter ``locked`` becomes 0."""
     return tuple(_release_event(machine, b, b.release) for b in machine.bodies if b.release is not None)
 
 
 def last_change(machine: Machine) -> float:
-    """When a schedule or a timed release changes the machine for the last time; 0 where none does."""
+    """Return the time of the last change of the machine by a schedule or a timed release; 0 where there is none."""
     timed = [b.name for b in machine.bodies if b.release is not None and b.release.time is not None]
     return max([machine.breakpoints[-1], *(machine.values[f"{name}.release.time"] for name in timed)])
 
@@ -42,12 +42,12 @@ def _release_event(machine: Machine, body: RotatingBody, release: Release) -> Ev
 
 
 def leader_of(machine: Machine, body: RotatingBody) -> RotatingBody:
-    """The body whose speed releases a locked one: that it turns about, for a rotor the first other rotor."""
+    """Return the body whose speed releases a locked one: that it turns about, for a rotor the first other rotor."""
     return machine.body(body.about) if body.about else next(r for r in machine.rotors if r.name != body.name)
 
 
 def laws_in_pieces(machine: Mechanism) -> tuple[str, ...]:
-    """What changes its law on the way, in words: schedules, bodies that touch each other, and parts."""
+    """Return descriptions of all that changes its law during a run: schedules, bodies that touch each other, and parts."""
     schedules = (f"schedule of {s.parameter}" for s in machine.schedules)
     contacts = (f"contacts on the track {t.name}" for t in machine.tracks)
     parts = (_words(p, e) for p, e in zip(machine.parts, machine.without_contacts, strict=False) if _pieces(e))
@@ -55,13 +55,13 @@ def laws_in_pieces(machine: Mechanism) -> tuple[str, ...]:
 
 
 def _pieces(energies: Energies) -> set[PiecewiseCubic]:
-    """The piecewise functions in the formulas of a part."""
+    """Return the piecewise functions in the formulas of a part."""
     rates = (own.rate for own in energies.internal)
     return set().union(*(sp.sympify(e).atoms(PiecewiseCubic) for e in (*energies.formulas, *rates)))
 
 
 def _words(part: Part, energies: Energies) -> str:
-    """A part by its kind and name, and where its law changes if that is easily said."""
+    """Return a part's kind and name, and where its law changes if that is short."""
     if not isinstance(part, OnShaft):
         return f"{part.kind} {part.path}"
     words = f"{part.kind} {part.group} on {part.on}"

@@ -1,4 +1,4 @@
-"""Whether parts allow other values of their parameters: those of a schedule, a sweep, or one of many runs."""
+"""Checks that parts allow other values of their parameters: those of a schedule, a sweep, or one of many runs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def check_values(
     where: str | Mapping[str, str] | None = None,
     present: Mapping[str, float] | None = None,
 ) -> None:
-    """Raises ``InputError`` if the parts to which the parameters belong do not allow these values together.
+    """Raise ``InputError`` if the parts to which the parameters belong do not allow these values together.
 
-    where: the error's place, or the places by path; None: the path of the value. present: what other parameters are now, where
-    not as in the parts.
+    location: of the error, or the locations by path; None: the path of the value. present: current values of other parameters,
+    where not as in the parts.
     """
     for part in parts:
         prefix = f"{part.path}." if part.path else ""
@@ -31,7 +31,7 @@ def check_values(
             key, sentence = error.where.removeprefix("."), error.allowed
             others = {p: {k: v for k, v in {**(present or {}), **changed}.items() if k != p} for p in changed}
             named = (p for p in changed if f"{p}.".startswith(f"{prefix}{key}."))
-            # A fault may be that of a value beside the one that is named: without its change there is none.
+            # The cause may be another value than the one in the message: without its change there is no error.
             causes = (p for p in changed if _fault(part, others[p], prefix) is None)
             path = next(chain(named, causes, changed))
             if where is None and path.startswith(f"{prefix}{key}"):
@@ -41,7 +41,7 @@ def check_values(
 
 
 def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError | None:
-    """What is wrong with a part that has these values, None if nothing is."""
+    """Return the error of a part with these values, None if there is none."""
     described = part.model_dump(mode="json", by_alias=True)
     _changed(part, described, values, prefix)
     try:
@@ -52,14 +52,14 @@ def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError |
 
 
 def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:
-    """Set those values in a part's table that are its own, and return them."""
+    """Set the values that belong to a part in its table, and return them."""
     keys = {path: path.removeprefix(prefix).split(".") for path in values if path.startswith(prefix)}
     own = fields_of(type(part))
     return {path: values[path] for path, k in keys.items() if k[0] in own and _set(described, k, values[path])}
 
 
 def _set(described: Any, keys: Sequence[str], value: float) -> bool:
-    """Set a value in a part's table by the rest of its path. Returns whether there is such a place."""
+    """Set a value in a part's table by the rest of its path. Return True if there is such a place."""
     head, *rest = keys
     key: Any = head
     if isinstance(described, list):

@@ -1,4 +1,4 @@
-"""``Machine``: parts put together. From their energies everything else follows."""
+"""``Machine``: an assembly of parts. From their energies everything else follows."""
 
 from __future__ import annotations
 
@@ -23,47 +23,47 @@ __all__ = ["LOST", "MISMATCH", "SUPPLIED", "Machine"]
 
 @dataclass(frozen=True, init=False, repr=False)
 class Machine(Mechanism):
-    """A machine: parts put together, their energies in named coordinates, with parameter values.
+    """A machine: an assembly of parts, their energies in named coordinates, with parameter values.
 
     Machines of one structure have equal ``system``s, whatever their values.
 
     Parameters
     ----------
     carrier
-        What bears the bodies, such as ``parts.Carrier``; or a dimensionless machine, such as ``parts.LavalRotor``, alone.
+        The support of the bodies, such as ``parts.Carrier``; or a dimensionless machine, such as ``parts.LavalRotor``, alone.
     bodies, drives, loads
-        The other parts. Quantities are numbers in SI or strings with a unit. A drive or load acts ``on`` the only rotor if it
-        does not say otherwise; a body has one drive, and one load of each kind.
+        The other parts. Quantities are numbers in SI or strings with a unit. A drive or load acts ``on`` the only rotor by
+        default; a body has one drive, and one load of each kind.
     attachments
-        What is fastened to the carrier: dampers, stops, material on it.
+        Parts fastened to the carrier: dampers, stops, material on it.
     schedules
         Tables ``{"parameter": PATH, "points": [[time, value], ...], "interpolation": "linear" | "steps" | "smooth"}``,
         or the schedules of another machine. ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value, at rest at each point.
     tracks
         Tables ``{"contact_frequency": ...}`` by the name of a track that bodies share.
     title
-        What the machine is called in results.
+        The name of the machine in results.
 
     Attributes
     ----------
     carrier, labels
-        The carrier's coordinates, and what they are called (x, y, r, foundation).
+        The carrier's coordinates, and their names (x, y, r, foundation).
     bodies, sliders
         The bodies that turn, and those in guides, in the order given.
     parameters, values
         Its numbers by path (``p1.damping``): with unit, symbol and name; in SI alone.
     frame, energies, mismatch
-        Where the bodies' axes are, and gravity; the parts' formulas: the carrier's first, those of contacts last; the power by
+        The bodies' axes, and gravity; the parts' formulas: the carrier's first, those of contacts last; the power by
         which dampers that are not reciprocal violate action = reaction, or None.
     start_angles, start_positions
         At t = 0, in rad by body and in m (rad) by label, of what has a prescribed motion.
     warnings, notes
-        What runs but is doubtful; what parameters were made of, such as the circuit of a motor of its nameplate.
+        Doubtful input that still runs; the origin of derived parameters, such as a motor's circuit from its nameplate.
 
     Raises
     ------
     InputError
-        Where the parts do not fit together: the place, what was given and what is allowed.
+        Where the parts are inconsistent: the location, the given and the allowed values.
 
     Examples
     --------
@@ -89,7 +89,7 @@ class Machine(Mechanism):
         title: str = "",
     ) -> None:
         given = {} if tracks is None else tracks
-        # A frozen class sets its fields past its own lock.
+        # A frozen class sets its fields past its lock.
         self.__dict__.update(assembled(carrier, bodies, drives, loads, attachments, schedules, given, title))
         self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given)))
         self.__dict__["warnings"] = (*self.warnings, *doubts_at_rest(self))

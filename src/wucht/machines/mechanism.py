@@ -1,4 +1,4 @@
-"""A machine's parts put together, with the numbers of its parameters, and what follows from them."""
+"""The assembled parts of a machine with the numbers of its parameters, and the quantities derived from them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from wucht.system import TIME, System
 
 @dataclass(frozen=True, init=False, repr=False)
 class Mechanism(Bodies):
-    """A ``Machine`` as its operation, tracks and structure see it. See there for the fields."""
+    """A ``Machine`` without its constructor, as its operation, tracks and structure use it. See there for the fields."""
 
     title: str
     parameters: Mapping[str, Parameter]
@@ -42,7 +42,7 @@ class Mechanism(Bodies):
     notes: tuple[str, ...] = ()
 
     def changed(self, **given: Any) -> Self:
-        """The machine with other fields, such as ``energies``; what follows from them is derived anew."""
+        """Return the machine with other fields, such as ``energies``; quantities that follow from them are derived anew."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}
         assert given.keys() <= own.keys(), f"no field of a machine: {given.keys() - own.keys()}"
         made = object.__new__(type(self))
@@ -51,13 +51,13 @@ class Mechanism(Bodies):
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
-        """The names of the System's states, in order: positions, then the velocities that are free, then the parts' own."""
+        """Names of the System's states, in order: positions, then the free velocities, then the internal states of parts."""
         free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
         return (*(c.position.name for c in self.coordinates), *free, *(x.state.name for x in self.internal))
 
     @property
     def dimensionless(self) -> bool:
-        """Whether times and lengths are numbers."""
+        """True if times and lengths are numbers without units."""
         return not self.units.time
 
     @property
@@ -77,7 +77,7 @@ class Mechanism(Bodies):
 
     @property
     def nonlinear(self) -> str:
-        """The first part whose forces on the carrier are not linear, in words; empty where there is none."""
+        """Name of the first part whose forces on the carrier are not linear; empty where there is none."""
         return next((e.nonlinear for e in self.energies if e.nonlinear), "")
 
     @cached_property
@@ -87,7 +87,7 @@ class Mechanism(Bodies):
 
     @cached_property
     def free_labels(self) -> tuple[str, ...]:
-        """What the free coordinates of the carrier are called."""
+        """Names of the free coordinates of the carrier."""
         return tuple(n for n, c in zip(self.labels, self.carrier, strict=True) if c.prescribed is None)
 
     @cached_property
@@ -106,11 +106,11 @@ class Mechanism(Bodies):
         return tuple(sorted({0.0, *(t for s in self.schedules for t in s.pieces.breakpoints)}))
 
     def row(self, state: sp.Symbol) -> int:
-        """Where a position or a velocity stands in the state (n,). Raises ``ValueError`` for one that is no state."""
+        """Return the index of a position or a velocity in the state (n,). Raises ``ValueError`` for one that is not a state."""
         return self.state_names.index(state.name)
 
     def with_values(self, values: Mapping[str, float]) -> Self:
-        """The machine with other values of some parameters, by path, in SI or as text with a unit; its structure stays.
+        """Return the machine with other values of some parameters, by path, in SI or as text with a unit; its structure stays.
 
         Raises ``InputError``, located at the path, for an unknown one and for a value that the parts do not allow.
         """
@@ -128,13 +128,13 @@ class Mechanism(Bodies):
         return self.changed(parameters=dict(self.parameters) | changed)
 
     def at(self, time: float) -> Self:
-        """The machine with the values that its schedules give the parameters at a time."""
+        """Return the machine with the values that its schedules give the parameters at a time."""
         if not self.schedules:
             return self
         return self.with_unchecked({s.parameter: float(s.pieces(time)) for s in self.schedules})
 
     def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray:
-        """The prescribed velocity of a coordinate at times (N,), which may be a single one."""
+        """Return the prescribed velocity of a coordinate at times (N,), which may be a single one."""
         assert coordinate.prescribed is not None
         at = np.atleast_1d(np.asarray(time, float))
         value = self.function(coordinate.prescribed, of=TIME)(at)[0]
@@ -142,7 +142,7 @@ class Mechanism(Bodies):
 
     @cached_property
     def structure(self) -> Structure:
-        """What does not depend on the numbers, shared by all machines that are alike but for these."""
+        """The part that does not depend on the numbers, shared by all machines that are alike but for these."""
         given = {f.name: getattr(self, f.name) for f in fields(Structure)}
         return shared(Structure(**given | {"parameters": tuple(self.parameters)}))
 
@@ -157,11 +157,11 @@ class Mechanism(Bodies):
         return self.structure.linear_carrier
 
     def evaluate(self, *expressions: sp.Expr) -> list[Any]:
-        """Expressions in the parameters at the machine's values, as floats or complex numbers; compiled once."""
+        """Return expressions in the parameters at the machine's values, as floats or complex numbers; compiled once."""
         return number_function(expressions, self.structure.symbols)(self.values.values())
 
     def function(self, *expressions: sp.Expr, of: sp.Symbol, modules: str = "numpy") -> Callable[[Any], list[Any]]:
-        """Expressions in the parameters and one symbol as a function of that, at the machine's values; compiled once.
+        """Return expressions in the parameters and one symbol as a function of that, at the machine's values; compiled once.
 
         modules: ``"numpy"`` for arrays, ``"math"`` for numbers.
         """
@@ -177,7 +177,7 @@ class Mechanism(Bodies):
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
+        """Position of the carrier at rest under its load (m,): K x = load; zero where its motion is prescribed."""
         load = np.array(self.evaluate(*self.linear_carrier.load), float)
         free = iter(np.linalg.lstsq(self.matrices[2], load, rcond=None)[0] if load.any() else np.zeros(len(load)))
         return np.array([0.0 if q.prescribed is not None else float(next(free)) for q in self.carrier])

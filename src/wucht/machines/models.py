@@ -7,7 +7,7 @@ s/(epsilon w) and those of theta_i by 1/mu; then (4.11)-(4.20) follow from
     n(a) = -xi' sin a + eta' cos a,   V = (xi^2 + eta^2)/2,   R = sigma (xi'^2 + eta'^2).
 
 The printed damper torques beta_p (phi' - theta_i') on the pendulums and beta_r on the rotor are each other's reaction only if
-mu s beta_r = 2 epsilon w beta_p (errata); so they are applied forces here, each booked on its own.
+mu s beta_r = 2 epsilon w beta_p (errata); so they are applied forces here, each booked separately.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Bodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it t
 
 
 class Model(Part):
-    """A dimensionless machine: its parameters have bare names (``u``), its bodies are called as in SI machines."""
+    """A dimensionless machine: its parameters have bare names (``u``), its bodies are named as in SI machines."""
 
     equations: ClassVar[str] = ""
     bodies: ClassVar[Bodies] = (("rotor", "rotor", None),)
@@ -34,7 +34,7 @@ class Model(Part):
 
     @property
     def path(self) -> str:
-        """Nothing: parameters are addressed by their bare names."""
+        """Empty: parameters are addressed by their bare names."""
         return ""
 
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -42,7 +42,7 @@ class Model(Part):
         return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
 
     def placed(self) -> Frame:
-        """The frame: all bodies turn about the carrier's centre."""
+        """Return the frame: all bodies turn about the carrier's centre."""
         turning = {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
         centre = Point.of(dict(zip(self.directions, self.coordinates(), strict=True)))
         return Frame(centre=centre, bodies=turning, axes=dict.fromkeys(turning, centre))
@@ -57,11 +57,11 @@ class Model(Part):
         return Energies(potential=(at.x**2 + at.y**2) / 2, dissipation=sigma * (at.vx**2 + at.vy**2))
 
     def warnings(self) -> tuple[str, ...]:
-        """What is doubtful about the parameters."""
+        """Return warnings about the parameters."""
         return ()
 
     def mismatch(self, frame: Frame) -> sp.Expr | None:
-        """Power by which dampers violate action = reaction, None where they cannot."""
+        """Return the power by which dampers violate action = reaction, None where they cannot."""
         return None
 
 
@@ -146,7 +146,7 @@ class SelfBalancingRotor(Model):
         return {"rotor": 1 / self.symbol("w")}
 
     def mismatch(self, frame: Frame) -> sp.Expr:
-        """(s beta_r/(n epsilon w) - beta_p/mu) sum (theta_i' - phi') phi': power that comes from nowhere."""
+        """(s beta_r/(n epsilon w) - beta_p/mu) sum (theta_i' - phi') phi': power without a source."""
         mu, beta_p = self.symbols("mu", "beta_p")
         phi_ = frame.speed("rotor")
         return (self._coupling() - beta_p / mu) * sp.Add(*(frame.speed(n) - phi_ for n in self._pendulums)) * phi_
@@ -164,7 +164,7 @@ class SelfBalancingRotor(Model):
         rest = 1 - self.s * self.w
         if rest <= 0 or n * self.mu / rest > 1 + 1e-9:
             p = f"{n * self.mu / rest:.4g}" if rest > 0 else "none"
-            sentences.append(f"{none}: s w = 1 - {factor}mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1")
+            sentences.append(f"{none}: s w = 1 - {factor}mu/p requires p = {p}, but p = m r^2/J_P lies between 0 and 1")
         return tuple(sentences)
 
 
@@ -177,5 +177,5 @@ class Exciter(SelfBalancingRotor):
 
 
 def models() -> dict[str, type[Model]]:
-    """The dimensionless machines by name, here or in the user's own code."""
+    """Return the dimensionless machines by name, of wucht and of the user's packages."""
     return known(Model)

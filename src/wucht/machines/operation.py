@@ -1,4 +1,4 @@
-"""Steady operation without vibration: where the axis rests, torques on the shafts, speeds of drives, natural frequencies."""
+"""Steady operation without vibration: rest position of the axis, shaft torques, speeds of drives, natural frequencies."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from wucht.numerics.zeros_and_peaks import first_where
 MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
 MOST_BODIES = 11  # of a machine whose states are searched
-LOWEST = 1e-3  # of the highest speed: where a search begins
-UNKNOWN = 100.0  # rad/s, where the machine has neither natural frequencies nor speeds of its own
-_ABOVE = 1 + 1e-4  # of the highest speed without vibration: where it ends
-_RUNAWAY = 3  # times the highest natural frequency: how far is searched where the drive has no speed of its own
+LOWEST = 1e-3  # of the highest speed: lower end of a search
+UNKNOWN = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
+_ABOVE = 1 + 1e-4  # of the highest speed without vibration: upper end of a search
+_RUNAWAY = 3  # times the highest natural frequency: upper end of a search where the drive has no no-load speed
 
 
 def axis_at_rest(machine: Mechanism) -> dict[str, float]:
-    """Where the coordinates of ``machine.orbit`` are while the carrier rests."""
+    """Return the coordinates of ``machine.orbit`` while the carrier rests."""
     positions = tuple(x for x, _ in machine.orbit.values())
     symbols = (*(c.position for c in machine.carrier), *machine.structure.symbols)
     resting = number_function(positions, symbols)((*machine.rest.tolist(), *machine.values.values()))
@@ -37,12 +37,12 @@ def axis_at_rest(machine: Mechanism) -> dict[str, float]:
 
 
 def sense_of(machine: Mechanism, body: RotatingBody) -> float:
-    """+1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive."""
+    """Return +1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive."""
     return -1.0 if (free_speed(machine, machine.rotor_of(body)) or 0.0) < 0 else 1.0
 
 
 def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.Expr]:
-    """What drives a rotor whose bodies turn with it, and what brakes it, the carrier at rest.
+    """Return the driving and the braking torque of a rotor whose bodies turn with it, the carrier at rest.
 
     Expressions in ``SPEED`` and the parameters: of all drives, in the direction of positive speeds; of loads and bearings,
     against it.
@@ -51,9 +51,9 @@ def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.
 
 
 def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
-    """The coefficient of the damper between a body and the one it turns about, with all numbers put in.
+    """Return the coefficient of the damper between a body and the one it turns about, with all numbers put in.
 
-    It is by how much the losses on the body fall with the speed of the other.
+    It is the decrease of the losses on the body with the speed of the other.
     """
     assert body.about is not None
     own, other = body.coordinate.velocity, machine.body(body.about).coordinate.velocity
@@ -61,7 +61,7 @@ def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
 
 
 def damped(machine: Mechanism) -> bool:
-    """Whether every balancing body is damped against the body it turns about."""
+    """True if every balancing body is damped against the body it turns about."""
     dampers = [relative_damping(machine, b) for b in machine.bodies if b.about is not None]
     return all(not b.is_number or b > 0 for b in dampers)
 
@@ -72,20 +72,20 @@ def _relative_damping(energies: tuple[Energies, ...], own: sp.Symbol, other: sp.
 
 
 def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:
-    """Drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
+    """Return the drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
     drive, losses = shaft_torques(machine, rotor)
     function = machine.function(drive - losses, of=SPEED, modules="math")
     return lambda w: float(function(w)[0])
 
 
 def rotor_inertia(machine: Mechanism, rotor: RotatingBody) -> float:
-    """The moment of inertia of a rotor and the bodies that turn with it, what drives add to it included."""
+    """Return the moment of inertia of a rotor and the bodies that turn with it, with the inertia of their drives."""
     kinetic = machine.structure.kinetic_of(machine.group(rotor)).xreplace({SPEED: sp.S.One})
     return 2 * float(machine.evaluate(kinetic)[0])
 
 
 def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> float | None:
-    """The speed that the drive reaches without vibration, None where it is not determined (no drive and no losses).
+    """Return the speed that the drive reaches without vibration, None where it is undetermined (no drive and no losses).
 
     Prescribed speeds are returned as they are at a time; a motor without load reaches its no-load speed, less what bearings
     cost. Where schedules change the drive, give the machine ``at`` that time.
@@ -102,7 +102,7 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
 
 
 def common_free_speed(machine: Mechanism) -> float | None:
-    """The speed that all drives together reach without vibration where all rotors turn at one, each in its sense.
+    """Return the speed that all drives together reach without vibration if all rotors turn at one, each in its sense.
 
     It is positive; 0 where losses bring them to rest, None where it is not determined. Rotors are free to turn.
     """
@@ -111,7 +111,7 @@ def common_free_speed(machine: Mechanism) -> float | None:
 
 
 def _balanced(torque: Callable[[float], float]) -> float | None:
-    """The speed, in the sense of the torque at standstill, at which a torque first vanishes; None where it never does."""
+    """Return the speed, in the sense of the torque at standstill, at which a torque first vanishes; None if it never does."""
     start = torque(0.0)
     if start == 0.0:
         return 0.0 if torque(1.0) < 0 else None
@@ -124,7 +124,7 @@ def _balanced(torque: Callable[[float], float]) -> float | None:
 
 
 def _constant_slope(machine: Mechanism, rotor: RotatingBody) -> float | None:
-    """The slope of the net torque over the speed where that is a straight line, else None."""
+    """Return the slope of the net torque over the speed where that is a straight line, else None."""
     drive, losses = shaft_torques(machine, rotor)
     (slope,) = slopes((drive - losses,))
     (bend,) = slopes((slope,))
@@ -135,12 +135,12 @@ def _constant_slope(machine: Mechanism, rotor: RotatingBody) -> float | None:
 
 @lru_cache(maxsize=256)
 def slopes(torques: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-    """The derivatives of torques by the speed."""
+    """Return the derivatives of torques by the speed."""
     return tuple(sp.diff(t, SPEED) for t in torques)
 
 
 def natural_frequencies(machine: Mechanism) -> dict[str, float]:
-    """The undamped natural frequencies of the free carrier with all bodies on it, in rad a unit of time.
+    """Return the undamped natural frequencies of the free carrier with all bodies on it, in rad per unit of time.
 
     By direction where the directions are not coupled, else by number, the lowest first.
     """
@@ -153,13 +153,13 @@ def natural_frequencies(machine: Mechanism) -> dict[str, float]:
 
 
 def operating_speed(machine: Mechanism) -> float:
-    """The fastest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude."""
+    """Return the largest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude."""
     free = [free_speed(machine, rotor) for rotor in machine.rotors]
     return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
 
 
 def turning(machine: MechanismT, speed: float | None) -> MechanismT:
-    """The machine with its schedules done, all bodies released, and the main rotor at a given speed (signed)."""
+    """Return the machine with its schedules finished, all bodies released, and the main rotor at a given speed (signed)."""
     steady = machine.at(machine.breakpoints[-1]).changed(schedules=())
     bodies = [replace(b, release=None) for b in steady.bodies]
     if speed is not None:
@@ -169,7 +169,7 @@ def turning(machine: MechanismT, speed: float | None) -> MechanismT:
 
 
 def driven_speeds(machine: Mechanism) -> tuple[tuple[float, float], bool]:
-    """Up to the highest speed without vibration, and whether a drive runs away without load: then there is no such speed."""
+    """Return the range up to the highest speed without vibration, and whether a drive runs away without load."""
     free = {r: free_speed(machine, r) for r in machine.rotors}
     top = max((abs(w) for w in free.values() if w is not None), default=0.0)
     runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())

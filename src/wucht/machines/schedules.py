@@ -1,8 +1,7 @@
 """Schedules: a parameter that changes over time, with exact breakpoints.
 
-A parameter that changes carries energy in or out of the machine: where masses change they come and leave with the velocity of
-their place, so the velocities do not jump, and the work of the schedule is the change of stored energy at the state of the
-moment.
+A parameter that changes carries energy in or out of the machine: masses are added and removed with the velocity of their
+place, so the velocities do not jump, and the work of the schedule is the change of stored energy at the current state.
 """
 
 from __future__ import annotations
@@ -29,10 +28,10 @@ _MOMENTS = (".locked", ".release.time", ".release.speed")
 
 
 def proportional_voltage(name: str, frequency: Pieces, rated: tuple[float, float], boost: float) -> Pieces:
-    """The voltage over time that belongs to a frequency over time.
+    """Return the voltage over time that belongs to a frequency over time.
 
     It rises in a straight line from ``boost`` at 0 Hz to the rated voltage at the rated frequency, which holds above it, where
-    the field is weakened. rated: frequency in Hz and voltage in V. The corner is a breakpoint.
+    the field is weakened. rated_point: frequency in Hz and voltage in V. The corner is a breakpoint.
     """
     limit, full = rated
     slope = (full - boost) / limit
@@ -49,14 +48,14 @@ def proportional_voltage(name: str, frequency: Pieces, rated: tuple[float, float
 
 
 def _about(pieces: Pieces, piece: int, origin: float) -> tuple[float, float, float, float]:
-    """The cubic of a piece as a polynomial in the distance from another origin."""
+    """Return the cubic of a piece as a polynomial in the distance from another origin."""
     c0, c1, c2, c3 = pieces.coefficients[piece]
     s = origin - pieces.origins[piece]
     return c0 + s * (c1 + s * (c2 + s * c3)), c1 + s * (2 * c2 + 3 * s * c3), c2 + 3 * s * c3, c3
 
 
 def _crossings(pieces: Pieces, limit: float) -> list[float]:
-    """Where the function passes a limit between its breakpoints."""
+    """Return the times at which the function passes a limit between its breakpoints."""
     found = []
     for k, (low, high) in enumerate(pairwise(pieces.breakpoints), 1):
         c0, c1, c2, c3 = pieces.coefficients[k]
@@ -85,15 +84,15 @@ class Schedule:
         return PiecewiseCubic(TIME, self.pieces)
 
     def holds_since(self, time: float) -> float:
-        """The time of the point whose value there is at a time before the first or after the last; between them the time."""
+        """Return the time of the first or last point at a time outside of the points; between them the time itself."""
         first, *_, last = (*self.pieces.breakpoints[:1], *self.pieces.breakpoints)
         return min(max(time, first), last)
 
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
-    """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``, or those of another.
+    """Return the schedules of tables with the keys ``parameter``, ``points``, ``interpolation``, or of another machine.
 
-    With ``voltage = "proportional"``, and a ``boost``, a motor's voltage goes with its frequency: two schedules from one table.
+    With ``voltage = "proportional"``, and a ``boost``, a motor's voltage follows its frequency: two schedules from one table.
 
     Interpolations: see ``piecewise.interpolated``; ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value. time: the unit
     of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
@@ -117,7 +116,7 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
 def _schedules(
     described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str
 ) -> tuple[Schedule, ...]:
-    """The schedule of a table, and that of the voltage which goes with the frequency of a motor."""
+    """Return the schedule of a table, and that of the voltage which follows the frequency of a motor."""
     frequency = _schedule(described, parameters, time, where)
     if "voltage" not in described:
         if "boost" in described:
@@ -153,10 +152,10 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
         )
     if path.endswith(_MOMENTS) or (path.startswith(("drive.", "drives.")) and path.endswith(".angle")):
         raise InputError(
-            at, path, "not allowed: this parameter counts at one moment, and does not change over time", code="one-moment"
+            at, path, "not allowed: this parameter applies at one moment, and does not change over time", code="one-moment"
         )
     if path.startswith("carrier.motion."):
-        sentence = "not allowed: the phase of a prescribed motion would run away; give it as a table of displacements over time"
+        sentence = "not allowed: the phase of a prescribed motion would drift; give it as a table of displacements over time"
         raise InputError(at, path, sentence, code="prescribed")
     points = described.get("points")
     if not points or not is_pairs(points):
@@ -175,7 +174,7 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
 
 
 def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:
-    """The System in which scheduled parameters are functions of time; its quadrature ``schedule_work``: what they carry in."""
+    """Return the System with scheduled parameters as functions of time, and their work as quadrature ``schedule_work``."""
     if not schedules:
         return system
     rates = [sp.diff(stored, s.symbol) * sp.diff(s.expression, TIME) for s in schedules]

@@ -1,4 +1,4 @@
-"""What of a machine does not depend on its numbers: everything symbolic, derived once for all machines of one structure."""
+"""The symbolic part of a machine, which does not depend on its numbers: derived once for all machines of one structure."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Structure(Bodies):
         return with_schedules(system, self.schedules, self.stored, unit)
 
     def locks(self) -> list[lagrange.Lock]:
-        """The locks, the outermost first."""
+        """Return the locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
         turning = None if self.turning is None else self.carrier.index(self.turning)
         locked = sorted((b for b in self.bodies if b.release), key=lambda b: -len(self.tree.path(b.name)))
@@ -101,7 +101,7 @@ class Structure(Bodies):
         return -sp.Add(*(a.force for e in self.energies for a in e.applied if a.of_drive))
 
     def outputs(self) -> list[Output]:
-        """Energy, torques and power, prescribed speeds, bearing forces and the orbit of the axis."""
+        """Return energy, torques and power, prescribed speeds, bearing forces and the orbit of the axis."""
         u = self.units
         driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
         motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
@@ -117,7 +117,7 @@ class Structure(Bodies):
         alone = lagrange.equations_of_motion([e for e in self.energies if not e.symbols & turning], self.carrier)
         inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []
         for label, inertia, force in zip(self.labels, inertial, alone.forces, strict=True):
-            # The bodies push the carrier with what its own equation of motion leaves open.
+            # The bodies load the carrier with the residual of its equation of motion without them.
             long_name = f"bearing {'moment' if label == 'r' else 'force'} on the carrier in {label}"
             outputs.append(Output(f"bearing_force_{label}", inertia - force, u.force, long_name))
         if len(self.rotors) > 1:
@@ -127,9 +127,9 @@ class Structure(Bodies):
         return outputs
 
     def _bearing_of(self, rotor: RotatingBody) -> list[Output]:
-        """The force of one rotor, with the bodies about it, on the carrier, in the directions in which that translates.
+        """Return the force of one rotor, with the bodies about it, on the carrier, in the directions in which that translates.
 
-        It is what the equation of motion of these bodies alone leaves open in the carrier's coordinate: the bearing's force on
+        It is the residual of the equation of motion of these bodies alone in the carrier's coordinate: the bearing's force on
         them, with the sign changed.
         """
         own = [b.coordinate for b in self.group(rotor)]
@@ -146,7 +146,7 @@ class Structure(Bodies):
 
     @cached_property
     def orbit_shape(self) -> sp.ImmutableMatrix:
-        """By how much the axis moves with each free coordinate of the carrier (2, m): x and y, or its angle and nothing."""
+        """Derivatives of the axis position by the free coordinates of the carrier (2, m): x and y, or its angle and nothing."""
         names, free = ("r", "") if "r" in self.orbit else ("x", "y"), [c.position for c in self.free_carrier]
         places = [self.orbit[n][0] if n in self.orbit else sp.S.Zero for n in names]
         return sp.ImmutableMatrix(2, len(free), lambda i, k: sp.diff(places[i], free[k]))
@@ -157,7 +157,7 @@ class Structure(Bodies):
         return self.kinetic_of(self.bodies)
 
     def kinetic_of(self, turning: Sequence[RotatingBody]) -> sp.Expr:
-        """The kinetic energy of some bodies that turn with ``SPEED``, all else at rest."""
+        """Return the kinetic energy of some bodies that turn with ``SPEED``, all else at rest."""
         rest = dict.fromkeys((s for c in self.coordinates for s in (c.position, c.velocity)), sp.S.Zero)
         speed = dict.fromkeys((b.coordinate.velocity for b in turning), SPEED)
         return sp.sympify(sp.Add(*(e.kinetic for e in self.energies)).xreplace(rest | speed))
@@ -165,12 +165,12 @@ class Structure(Bodies):
 
 @lru_cache(maxsize=256)
 def shared(structure: Structure) -> Structure:
-    """The first structure that is equal to this one: what has been derived from it is in its caches."""
+    """Return the first structure that is equal to this one: its derived expressions are in its caches."""
     return structure
 
 
 def torques_on(energies: Sequence[Energies], velocity: sp.Symbol, arriving: bool = False) -> tuple[sp.Expr, sp.Expr]:
-    """The torques of drives on a body of this velocity, and against them those of loads and dampers.
+    """Return the torques of drives on a body of this velocity, and against them those of loads and dampers.
 
     arriving: the losses of gears between motor and body are the drive's, not the loads'.
     """
@@ -183,9 +183,9 @@ def torques_on(energies: Sequence[Energies], velocity: sp.Symbol, arriving: bool
 @lru_cache(maxsize=256)
 @derived_once
 def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
-    """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
+    """Return the driving and the braking torque of bodies that turn with ``SPEED``, the carrier at rest.
 
-    Of all drives, in the direction of positive speeds, what arrives through their gears; of loads and bearings, against it.
+    Of all drives, in the direction of positive speeds, after their gears; of loads and bearings, against it.
     """
     resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)

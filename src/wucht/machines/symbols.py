@@ -9,7 +9,7 @@ from wucht.mechanics.notation import Notation
 
 
 def notation_of(machine: Machine) -> Notation:
-    """phi for rotors, theta for bodies that turn about another, xi and eta for the axis of dimensionless machines.
+    """Return phi for rotors, theta for bodies that turn about another, xi and eta for the axis of dimensionless machines.
 
     Parameters carry the symbol of their field, and the name of their part where two parts have the same.
     """

@@ -1,4 +1,4 @@
-"""Bodies of one track cannot pass each other: compliant contacts between neighbours.
+"""Compliant contacts between neighbours on one track, which cannot pass each other.
 
 A contact is a ``stop`` between the angles of two neighbours. Its frequency is twenty times that of the operation, so that it is
 short against a turn.
@@ -24,11 +24,11 @@ from wucht.schema import Parameter
 FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
 
 
-_PLAY = 1e-9  # rad: given to bodies that start just touching
+_PLAY = 1e-9  # rad: clearance of bodies that just touch at the start
 
 
 def tracks_of(bodies: Sequence[Tracked], frequency: Mapping[str, float], given: Collection[str]) -> tuple[Track, ...]:
-    """The tracks of a machine. frequency: of the contacts by track; given: the tracks whose frequency was asked for.
+    """Return the tracks of a machine. frequency: of the contacts by track; given_names: the tracks with a given frequency.
 
     Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
     """
@@ -57,7 +57,7 @@ def _neighbours(bodies: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
 
 
 def angular_width(a: Tracked, b: Tracked) -> float:
-    """The angle between the centres of two bodies that touch, in rad."""
+    """Return the angle between the centres of two bodies that touch, in rad."""
     half = ((a.width() or 0.0) + (b.width() or 0.0)) / (4 * a.centre_radius())
     return 2 * math.asin(min(half, 1.0))
 
@@ -65,7 +65,7 @@ def angular_width(a: Tracked, b: Tracked) -> float:
 def _contacts(
     track: Track, order: Sequence[Tracked], offsets: Sequence[float], angles: Mapping[str, Coordinate]
 ) -> tuple[Energies, tuple[Parameter, ...]]:
-    """The energies of a track's contacts, and their parameters. order: the bodies counter-clockwise. offsets: of each gap."""
+    """Return energies and parameters of a track's contacts. order: the bodies counter-clockwise. offsets: of each gap."""
     frequency, contacts = track.symbol("contact_frequency"), list[Energies]()
     parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
     for k, (a, b) in enumerate(_neighbours(order)):
@@ -86,9 +86,9 @@ MechanismT = TypeVar("MechanismT", bound=Mechanism)
 
 
 def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 0.0, where: str = "study.start") -> MechanismT:
-    """The machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
+    """Return the machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
 
-    fastest: the largest speed at the start, in rad/s: contacts whose frequency the file does not give are fast against it too.
+    fastest: the largest speed at the start, in rad/s: contacts without a frequency in the file are fast compared with it too.
     Where the order is that of the machine, only the offsets change: its equations need not be derived again.
     Raises ``InputError`` where two bodies overlap.
     """
@@ -114,9 +114,9 @@ def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 
 
 
 def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> list[float]:
-    """What is added to the difference of two neighbours' angles to make it the gap between them.
+    """Return the angles to add to the difference of two neighbours' angles to obtain the gap between them.
 
-    Whole turns, by which a body's next lies ahead of it, less the angle that both fill; a play where they just touch.
+    Whole turns by which the next body lies ahead, less the angle that both fill; a clearance where they just touch.
     """
     offsets = []
     for a, b in _neighbours(order):
@@ -132,12 +132,12 @@ def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float]
 
 
 def starts(bodies: Sequence[Tracked]) -> dict[str, float]:
-    """Angles from the body turned about at which the bodies of a track start: their own, evenly spaced where none has one."""
+    """Return the start angles of a track's bodies from the body turned about: as given, evenly spaced without any."""
     if any(b.start is not None for b in bodies):
         return {b.name: b.start or 0.0 for b in bodies}
     return evenly(bodies)
 
 
 def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:
-    """Angles at which the bodies of a track stand evenly spaced, in the order given."""
+    """Return angles at which the bodies of a track are evenly spaced, in the given order."""
     return {b.name: k * 2 * math.pi / len(bodies) for k, b in enumerate(bodies)}

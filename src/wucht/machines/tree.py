@@ -1,4 +1,4 @@
-"""Who turns about whom: the bodies as studies see them, and the tree that ``about`` makes of them, its roots on the carrier."""
+"""The tree of bodies that ``about`` makes, its roots on the carrier, and the rotating and sliding bodies of a machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from wucht.mechanics.lagrange import Coordinate
 
 @dataclass(frozen=True)
 class RotatingBody:
-    """A rotating body: name, kind, coordinate, what it turns about, and until when it is locked to that."""
+    """A rotating body: name, kind, coordinate, the body it turns about, and its release from that."""
 
     name: str
     kind: str
@@ -41,18 +41,18 @@ class SlidingBody:
 
     @property
     def words(self) -> str:
-        """What slides, in words."""
+        """Description of the sliding mass."""
         return self.name if self.about != self.name else f"the mass in {self.name}"
 
 
 @dataclass(frozen=True)
 class Tree:
-    """The tree of bodies by name. above: what each turns about, None for those on the carrier."""
+    """The tree of bodies by name. above: the body that each turns about, None for those on the carrier."""
 
     above: Mapping[str, str | None]
 
     def path(self, body: str) -> list[str]:
-        """The body, what it turns about, and so on to the one on the carrier. Raises ``WuchtError``: a circle."""
+        """Return the body, the one it turns about, and so on to the one on the carrier. Raises ``WuchtError``: a circle."""
         way = [body]
         while (above := self.above.get(way[-1])) is not None:
             if above in way:
@@ -63,7 +63,7 @@ class Tree:
         return way
 
     def root(self, body: str) -> str:
-        """The body on the carrier that it turns about, directly or through others; itself if it is one."""
+        """Return the body on the carrier that it turns about, directly or through others; itself if it is one."""
         return self.path(body)[-1]
 
     @cached_property
@@ -72,13 +72,13 @@ class Tree:
         return sorted(self.above, key=lambda body: len(self.path(body)))
 
     def group(self, body: str) -> list[str]:
-        """A body and all that turn about it, directly or through others, from the axis out."""
+        """Return a body and all that turn about it, directly or through others, from the axis out."""
         return [other for other in self.outward if body in self.path(other)]
 
 
 @dataclass(frozen=True)
 class Bodies:
-    """What carries the bodies, who turns about whom, and their energies. See ``Machine`` for the fields."""
+    """The bodies on a carrier, their tree, and their energies. See ``Machine`` for the fields."""
 
     carrier: tuple[Coordinate, ...]
     labels: tuple[str, ...]
@@ -94,7 +94,7 @@ class Bodies:
 
     @cached_property
     def internal(self) -> tuple[Internal, ...]:
-        """The states of the parts' own, such as a controller's."""
+        """The internal states of the parts, such as a controller's."""
         return tuple(own for e in self.energies for own in e.internal)
 
     @cached_property
@@ -114,7 +114,7 @@ class Bodies:
 
     @cached_property
     def orbit(self) -> dict[str, tuple[sp.Expr, sp.Expr]]:
-        """The motion whose amplitude is looked at: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
+        """The motion whose amplitude is evaluated: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
         if self.labels == ("r",):
             return {"r": (self.carrier[0].position, self.carrier[0].velocity)}
         axis = self.frame.axes.get(self.rotor.name, Point())
@@ -132,7 +132,7 @@ class Bodies:
 
     @cached_property
     def tree(self) -> Tree:
-        """Who turns about whom, by name."""
+        """The tree of the bodies, by name."""
         return Tree({b.name: b.about for b in self.bodies})
 
     @cached_property
@@ -141,13 +141,13 @@ class Bodies:
         return tuple(map(self.body, self.tree.outward))
 
     def body(self, name: str) -> RotatingBody:
-        """The rotating body of a name."""
+        """Return the rotating body of a name."""
         return next(b for b in self.bodies if b.name == name)
 
     def rotor_of(self, body: RotatingBody) -> RotatingBody:
-        """The rotor that a body turns about, directly or through others; itself if it is one."""
+        """Return the rotor that a body turns about, directly or through others; itself if it is one."""
         return self.body(self.tree.root(body.name))
 
     def group(self, rotor: RotatingBody) -> list[RotatingBody]:
-        """A rotor and all bodies that turn about it, directly or through others."""
+        """Return a rotor and all bodies that turn about it, directly or through others."""
         return [self.body(name) for name in self.tree.group(rotor.name)]

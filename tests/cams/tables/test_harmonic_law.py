@@ -116,7 +116,7 @@ def test_what_contradicts_itself_says_what_must_give_way_and_how_many_harmonics_
     with pytest.raises(InputError) as raised:
         law(TOP, LIMITED, **FEW)
     said = str(raised.value)
-    assert "no motion of 2 harmonics satisfies them all; what may give way: law.restrictions[" in said
+    assert "no motion of 2 harmonics satisfies them all; relax law.restrictions[" in said
     assert "; 5 harmonics are enough" in said
     with refused("law.restrictions", "more than one", given=None):
         law({"at": 3, "equals": 1}, {"at": 3, "equals": 2}, {"at": 3, "equals": 3}, DWELL)

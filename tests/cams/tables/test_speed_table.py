@@ -129,7 +129,7 @@ def test_a_record_by_which_the_shaft_turns_back(tmp_path):
     write(tmp_path / "r.csv", 50 + 60 * np.cos(100 * T), "speed [rad/s]")
     with pytest.raises(InputError) as error:
         fitted(tmp_path)
-    assert "with the orders kept the shaft would stand still or turn back: their speed falls to -10 rad/s" in str(error.value)
+    assert "with these orders the shaft would stand still or turn back: their speed falls to -10 rad/s" in str(error.value)
     assert "r.csv: speed" in error.value.where
     assert "coefficients" not in str(error.value)
 

@@ -419,7 +419,7 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
         (LEVER, {"contact": {}, "speed": 1.0}, "study.contact.inertia: this key is missing; needed is the follower's moment"),
         (LEVER, {"contact": {"inertia": 1, "preload": "3 N"}, "speed": 1}, "study.contact.preload: given '3 N'; must be a"),
         (LEVER, {"contact": {"inertia": 1, "stiffness": -1}, "speed": 1}, "study.contact.stiffness: given -1.0; must be a"),
-        (LEVER, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: given '5 deg'; no cam has it"),
+        (LEVER, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: given '5 deg'; no cam can"),
         (SLIDES, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: a flat face has none"),
         (LEVER, {"chord_tolerance": 1e-16}, "study.chord_tolerance: given 1e-16; it needs more than 2000000 points"),
         ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {}, "follower.roller_radius: given '200 mm'; the roller"),

@@ -46,7 +46,7 @@ class FlatFaced(Follower):
         return np.asarray(self.distance + moved)
 
     def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
-        """See ``Touching``. The face is where the contour reaches furthest."""
+        """See ``ContourFollower``. The face is where the contour reaches furthest."""
         foot = turned * (self.distance + nearly)
         at = np.argmax((turned.conj()[:, None] * contour.points[None, :]).real, axis=1).astype(float)
         for _ in range(MOST_STEPS):
@@ -66,7 +66,7 @@ class FlatFaced(Follower):
         """See ``Follower``."""
         radius, shaft = permitted.least_radius, permitted.shaft_radius
         if permitted.pressure_angle is not None:
-            raise InputError("pressure_angle", None, "a flat face has none: its cam is found by least_radius or shaft_radius")
+            raise InputError("pressure_angle", None, "a flat face has none: its cam is sized by least_radius or shaft_radius")
         if radius is None and shaft is None:
             return None
         return smallest_flat_faced_cam(law, radius or 0.0, clockwise=self.clockwise, shaft_radius=shaft or 0.0)
@@ -91,11 +91,11 @@ class FlatFacedCam(Cam):
         return np.asarray(-i * turned * (self.law(phi, 1) + self.law(phi, 3) - i * radius))
 
     def radius(self, phi: np.ndarray) -> np.ndarray:
-        """Of curvature of the contour, in m: h + h'', h being the distance of the face from the cam's centre."""
+        """Radius of curvature of the contour in m: h + h'', h being the distance of the face from the cam's centre."""
         return np.asarray(self.follower.distance + self.law(phi) + self.law(phi, 2))
 
     def normal(self, phi: np.ndarray) -> np.ndarray:
-        """Of the contour, of modulus 1, away from the cam."""
+        """Unit normal of the contour, away from the cam."""
         return np.asarray(np.exp(-1j * self._sense * np.asarray(phi)))
 
     def curvature(self, phi: np.ndarray) -> np.ndarray:
@@ -112,7 +112,7 @@ class FlatFacedCam(Cam):
         return np.zeros(np.shape(phi))
 
     def contact(self, phi: np.ndarray) -> np.ndarray:
-        """How far from the rod's axis the face is touched, in m, along +y: the face must be as long."""
+        """Distance in m along +y from the rod's axis at which the face is touched: the face must be as long."""
         return np.asarray(-self._sense * self.law(phi, 1))
 
     def grip(self, phi: np.ndarray) -> np.ndarray:
@@ -120,7 +120,7 @@ class FlatFacedCam(Cam):
         return np.ones(len(phi))
 
     def cut_away(self) -> CutAway:
-        """What a flat face cuts away of its cam, and the least radius of what is left; see ``Cam``."""
+        """Return the arcs that a flat face cuts away of its cam, and the least radius of the rest; see ``Cam``."""
         at, radii = valleys(self.radius)
         folds = at[radii < 0]  # no arc is missing without one
         missing = arcs_below_zero(self._ball_behind, folds) if len(folds) else ()
@@ -166,8 +166,8 @@ class FlatFacedCam(Cam):
 class SmallestFlatFacedCam(Smallest):
     """A cam with a flat face, as small as it can be.
 
-    base_radius, largest_radius: of the contour in m. face: between which distances from the rod's axis the face is touched, in
-    m along +y.
+    base_radius, largest_radius: of the contour in m. face: the least and the largest distance from the rod's axis at which the
+    face is touched, in m along +y.
     """
 
     follower: FlatFaced
@@ -177,11 +177,11 @@ class SmallestFlatFacedCam(Smallest):
 
     @property
     def placed(self) -> Mapping[str, float]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return {"distance": self.follower.distance}
 
     def summary(self) -> dict[str, Any]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return self._of_contour(0.0) | {"face": list(self.face)}
 
 

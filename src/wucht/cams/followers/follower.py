@@ -1,4 +1,4 @@
-"""What a follower is: a table [follower] of a cam file, and what it asks of its cams."""
+"""The base class of followers: a table [follower] of a cam file, and the cams it needs."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from wucht.schema import Described
 
 @dataclass(frozen=True)
 class Outline:
-    """What is drawn of a follower at cam angle 0 beside its roller, in m; None where there is none.
+    """Elements of a follower that are drawn at cam angle 0 beside its roller, in m; None where there is none.
 
-    pivot: of a lever, on x. rod_offset: of a rod with a roller, along y. face_at: where a face is, on x, face_from, face_to:
-    between which y it is touched over a turn.
+    pivot: of a lever, on x. rod_offset: of a rod with a roller, along y. face_at: position of a face on x; face_from, face_to:
+    the range of y in which it is touched over a turn.
     """
 
     pivot: float | None = None
@@ -45,7 +45,7 @@ class Follower(Described, ABC):
 
     @classmethod
     def where(cls) -> str:
-        """In a file."""
+        """Return its path in a file."""
         return "follower"
 
     @abstractmethod
@@ -57,23 +57,23 @@ class Follower(Described, ABC):
 
     @abstractmethod
     def place(self, moved: np.ndarray) -> np.ndarray:
-        """Where its roller or its face is where the law has a value (any shape), complex or along x, in m."""
+        """Return the position of its roller or face for a value of the law (any shape), complex or along x, in m."""
 
     @abstractmethod
     def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
-        """See ``Touching``: what a milled contour makes it do."""
+        """See ``ContourFollower``: its motion on a milled contour."""
 
     def outline(self, law: Law) -> Outline:
-        """What is drawn of it beside its roller where it moves by a law."""
+        """Return the elements that are drawn of it beside its roller where it moves by a law."""
         return Outline()
 
     def smallest(self, law: Law, permitted: Permitted, size: Size) -> Smallest | None:
-        """The smallest cam of a law for what is permitted; None where nothing is permitted that it could be found by.
+        """Return the smallest cam of a law within the permitted limits; None where no limit is given that determines its size.
 
-        Raises ``InputError`` (the key of ``permitted``), ``RunError``.
+        Raises ``InputError`` (the key of ``limits``), ``RunError``.
         """
         return None
 
     def moved_to(self, place: Mapping[str, float]) -> tuple[Self, tuple[str, ...]]:
-        """The same follower with other values of the keys ``placing``, and what must be chosen anew for it, in sentences."""
+        """Return the follower with other values of the keys ``placing``, and notes on values that must be chosen anew."""
         return self.model_copy(update=dict(place)), ()

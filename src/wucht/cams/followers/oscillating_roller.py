@@ -34,7 +34,7 @@ class CounterTable(Described):
 class OscillatingRoller(RollerFollower):
     """A roller on a lever."""
 
-    # It turns about a pivot on +x; its law is an angle in rad, counter-clockwise. Where the law is zero it stands at ``angle``
+    # It turns about a pivot on +x; its law is an angle in rad, counter-clockwise. Where the law is zero it is at ``angle``
     # from +x: between -pi and 0 the roller goes out as the law rises, between 0 and pi in.
 
     kind: ClassVar[str] = "oscillating-roller"
@@ -122,9 +122,9 @@ class OscillatingRoller(RollerFollower):
 
 
 def conjugate_cams(law: Law, follower: OscillatingRoller, counter: OscillatingRoller, clockwise: bool = False) -> ConjugateCams:
-    """The cam of a lever and the counter cam of another arm of the same lever.
+    """Return the cam of a lever and the counter cam of another arm of the same lever.
 
-    law: of the lever, in rad. counter: the other arm, with its own length, roller and angle where the law is zero; about the
+    law: of the lever, in rad. counter: the other arm, with its length, roller and angle where the law is zero; about the
     same pivot. A roller that its cam pushes outwards turns the lever by the sense of -sin theta, theta being the angle of its
     arm: the two hold the lever where sin theta sin theta_counter < 0 (cam-mathematics, "counter cam").
 
@@ -149,7 +149,7 @@ def conjugate_cams(law: Law, follower: OscillatingRoller, counter: OscillatingRo
 
 
 def _degrees(angle: float) -> float:
-    """From -180 to 180."""
+    """Return an angle in degrees, from -180 to 180."""
     return math.degrees(math.remainder(angle, 2 * math.pi))
 
 
@@ -157,17 +157,17 @@ def smallest_lever_cam(
     law: Law, arm: float, roller_radius: float, pressure_angle: Angles, *, clockwise: bool = False, outward: bool = True,
     least_radius: float | None = None, shaft_radius: float | None = None, smallest: Size = "base",
 ) -> SmallestCam:  # fmt: skip
-    """The pivot's distance and the lever's angle that make the smallest cam for a lever.
+    """Return the pivot's distance and the lever's angle that make the smallest cam for a lever.
 
     law: of the lever in rad. arm, roller_radius: in m. pressure_angle: the largest permitted one in rad, or two: for where the
     roller goes out, and for where it comes in. outward: the roller goes out as the law rises, else in. least_radius: the least
     permitted radius of curvature of the contour in m, where it is convex; 0 forbids undercut alone (that the roller cuts
     nothing elsewhere: ``RollerCam.check``); None permits all. shaft_radius: of shaft or hub, the least base circle of the
-    contour in m; where it binds the pressure angle is as small as it then can be; None permits all. smallest: the base circle,
+    contour in m; where it binds the pressure angle is as small as it then can be; None permits all. size: the base circle,
     or the largest radius ("blank").
 
     Raises ``InputError``: pressure_angle, with the least that is possible; law, where it does not move; least_radius,
-    shaft_radius, arm, roller_radius, where they are no lengths. ``RunError``: none was found, though there is one.
+    shaft_radius, arm, roller_radius, where they are not lengths. ``RunError``: the search failed, though there is one.
     """
     check_length("arm", arm)
     guide = OscillatingRoller.model_construct(pivot=0.0, arm=arm, roller_radius=roller_radius, angle=0.0)

@@ -22,7 +22,7 @@ from wucht.numerics.angles import arcs_below_zero
 class RollerFollower(Follower):
     """A follower with a roller, or with an edge: a roller of the radius 0.
 
-    In the plane of the cam as complex numbers in m; the cam turns about 0. Without keys of its own for a groove it has one cam.
+    In the plane of the cam as complex numbers in m; the cam turns about 0. Without keys for a groove it has one cam.
     """
 
     if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class RollerFollower(Follower):
         return {"cam": cam, "outer": replace(cam, outer=True)} if getattr(self, "groove", False) else {"cam": cam}
 
     def motion_on(self, contour: MilledContour, turned: np.ndarray, nearly: np.ndarray) -> np.ndarray:
-        """See ``Touching``. The roller is at its radius from the contour, and that along the normal: Newton's method in both
+        """See ``ContourFollower``. The roller is at its radius from the contour, along the normal: Newton's method in both
         unknowns."""
         moved, at = np.array(nearly, float), contour.nearest(turned * self.place(nearly))
         size = float(np.abs(contour.points).max())
@@ -64,12 +64,12 @@ class RollerFollower(Follower):
             at = at - (gap_moved * along - gap * along_moved) / determinant
             if np.abs(gap).max() <= EXACT * size:
                 return np.asarray(moved)
-        raise RunError("the follower does not touch the contour near the motion that was expected", code="no-contact")
+        raise RunError("the follower does not touch the contour near the expected motion", code="no-contact")
 
     def _motion_of_edge(
         self, contour: MilledContour, turned: np.ndarray, moved: np.ndarray, at: np.ndarray, exact: float
     ) -> np.ndarray:
-        """The same where the roller is a point: it lies on the contour."""
+        """Return the motion where the roller is a point: it lies on the contour."""
         for _ in range(MOST_STEPS):
             c, c1 = contour(at), contour(at, 1)
             off, rate = turned * self.place(moved) - c, turned * self.rate(moved)
@@ -78,7 +78,7 @@ class RollerFollower(Follower):
             at = at + (rate.conj() * off).imag / determinant
             if np.abs(off).max() <= exact:
                 return np.asarray(moved)
-        raise RunError("the edge does not touch the contour near the motion that was expected", code="no-contact")
+        raise RunError("the edge does not touch the contour near the expected motion", code="no-contact")
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class RollerCam(Cam):
 
     @property
     def _inward(self) -> float:
-        """How far the contour lies inside the pitch curve."""
+        """Distance of the contour inside the pitch curve."""
         return -self.follower.roller_radius if self.outer else self.follower.roller_radius
 
     def pitch(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
@@ -127,7 +127,7 @@ class RollerCam(Cam):
         return np.asarray(1j * self._sense * slope / np.abs(slope))
 
     def pitch_curvature(self, phi: np.ndarray) -> np.ndarray:
-        """Of the pitch curve, in 1/m, positive where it is convex."""
+        """Curvature of the pitch curve in 1/m, positive where it is convex."""
         slope = self.pitch(phi, 1)
         return np.asarray(-self._sense * (slope.conj() * self.pitch(phi, 2)).imag / np.abs(slope) ** 3)
 
@@ -174,9 +174,9 @@ class RollerCam(Cam):
         return Side(self.pitch, lambda phi: -sign * self.normal(phi), lambda phi: sign * self.pitch_curvature(phi))
 
     def cut_away(self) -> CutAway:
-        """What is cut away of a cam, and the least radii of what is left.
+        """Return the arcs that are cut away of a cam, and the least radii of the rest.
 
-        The curve is looked at at 4096 angles, and between them where it matters: what is cut away on less than 0.09 deg, by a
+        The curve is sampled at 4096 angles, and refined between them where it matters: a cut shorter than 0.09 deg, of a
         depth of some (distance of the samples)^2/(8 r), tens of nanometres, may be missed.
         """
         side, radius, sign = self._roller_side, self.roller_radius, self.material
@@ -207,14 +207,14 @@ class RollerCam(Cam):
         return Side(self.contour, lambda phi: sign * self.normal(phi), lambda phi: -sign * self.curvature(phi)).tightest()
 
     def check_wheel(self, radius: float) -> None:
-        """Raises ``InputError`` (wheel_radius, follower.roller_radius) where a wheel of a radius in m cannot make it all."""
+        """Raise ``InputError`` (wheel_radius, follower.roller_radius) where a wheel of a radius in m cannot grind all of it."""
         largest = self.largest_wheel()
         if largest is not None and radius > largest.radius:
             where = f"the contour is too hollow for it at a cam angle of {math.degrees(largest.phi):.4g} deg"
             raise InputError("wheel_radius", radius, f"{where}: take at most {metres(short_of(largest.radius, -1))}")
 
     def check(self, written: Written = metres) -> None:
-        """See ``Cam``: ``InputError`` (follower.roller_radius), which says which roller would not, to five digits."""
+        """See ``Cam``: ``InputError`` (follower.roller_radius), naming the largest admissible roller, to five digits."""
         largest = self.largest_roller()
         if largest is not None and self.roller_radius >= largest.radius:
             key = "".join(f" (follower.{key})" for key in self.follower.placing[:1])

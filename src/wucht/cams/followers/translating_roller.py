@@ -71,7 +71,7 @@ def smallest_rod_cam(
     law: Law, roller_radius: float, pressure_angle: Angles, *, clockwise: bool = False,
     least_radius: float | None = None, shaft_radius: float | None = None, smallest: Size = "base",
 ) -> SmallestCam:  # fmt: skip
-    """The distance and the offset that make the smallest cam for a rod; see ``smallest_lever_cam``. law: in m.
+    """Return the distance and the offset that make the smallest cam for a rod; see ``smallest_lever_cam``. law: in m.
 
     With a shaft_radius the distance is greater than zero, even of a law that is never zero.
     """

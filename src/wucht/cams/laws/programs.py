@@ -1,4 +1,4 @@
-"""The programmes that a synthesis comes down to: what is minimised over linear restrictions and cones, and their solution."""
+"""Optimisation problems of the synthesis: an objective over linear restrictions and cones, and their solution."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from wucht.errors import RunError
 
-REMEDY = "its restrictions hardly leave room for a motion; widen them, or ask for fewer harmonics"
+REMEDY = "its restrictions leave hardly any admissible motion; widen them, or request fewer harmonics"
 _TOLERANCE = 1e-10  # of the interior point method, relative
-_KEPT = 1e-7  # of what is allowed, in which restrictions may be broken by what it finds
-_LARGE = 0.1  # units: a widening of so many is found exactly enough; a smaller one in a smaller unit
+_KEPT = 1e-7  # of the bounds: restrictions may be violated by so much in a solution
+_LARGE = 0.1  # units: a widening of so many is exact enough; a smaller one is computed in a smaller unit
 _SMALLER = 1e-4  # times at most
 _NOTHING = 1e-12  # of the largest bound: a widening below is none
 _HIDDEN = 1e-8  # of the largest bound: a widening below need not be known to all its digits
@@ -48,7 +48,7 @@ class Programme:
 
 
 def solved(programme: Programme, about: float = 0.0) -> tuple[np.ndarray, float]:
-    """The x (n,) and t that are best. about: what t was in a programme with fewer rows, 0 where nothing is known.
+    """Return the optimal x (n,) and t. estimate: t of a programme with fewer rows, 0 where nothing is known.
 
     A ripple may be 1e-9 of the stroke: unknowns are chosen that are as large as what is to be small, and units in which t is
     about 1. Raises ``InfeasibleError``.
@@ -73,9 +73,9 @@ def solved(programme: Programme, about: float = 0.0) -> tuple[np.ndarray, float]
 
 
 def _basis(p: Programme, unit: float) -> np.ndarray:
-    """B (n, n) with x = B z, such that rows B, divided by what each allows, are orthonormal as far as they determine x; or W B.
+    """Return B (n, n) with x = B z, such that rows B over their bounds are orthonormal as far as they determine x; or W B.
 
-    unit: in which it counts what they allow; t is about as large.
+    unit: the unit of the bounds; t is about as large.
     """
     allowed = np.abs(p.bounds) / unit + p.widths
     tight = p.rows / np.where(allowed > 0, allowed, 1.0)[:, None] if p.weights is None else np.diag(p.weights)
@@ -117,7 +117,7 @@ def _interior(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.ndarray,
 
 
 def _scaled(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (m, n) of length 1, and by what they were divided (m,)."""
+    """Return rows (m, n) of length 1, and their original lengths (m,)."""
     size = np.linalg.norm(rows, axis=1)
     size[size == 0] = 1.0
     return rows / size[:, None], size

@@ -1,4 +1,4 @@
-"""The standard motion laws: how a follower rises from rest to rest, and the motion over a turn of the cam, with its dwells.
+"""The standard motion laws: the rise of a follower from rest to rest, and the motion over a turn of the cam, with its dwells.
 
 A rise is normalised to 1 over an arc of 1.
 
@@ -72,7 +72,7 @@ class StandardLaw:
         )
 
     def _within(self, i: int, u: np.ndarray, order: int) -> np.ndarray:
-        """A derivative at places u (m,) of one piece, where it ends as from inside."""
+        """A derivative at places u (m,) of one piece, at its ends as from inside."""
         cosine, sine = (c[i] for c in self._wave(order))
         polynomial = np.polyval(_derivative(self.polynomials, order)[i, ::-1], u)
         return np.asarray(polynomial + cosine * np.cos(self.frequency[i] * u) + sine * np.sin(self.frequency[i] * u))
@@ -85,7 +85,7 @@ class StandardLaw:
             first = math.atan2(-cosine, sine) % math.pi
             zeros = np.arange(first, self.frequency[i] * length, math.pi) / self.frequency[i]
         else:
-            # Complex roots are kept: a double one may come out as a pair, and a further place to look at does no harm.
+            # Complex roots are kept: a double one may come out as a pair, and a further candidate does no harm.
             zeros = np.clip(np.roots(_derivative(self.polynomials, order + 1)[i, ::-1]).real, 0.0, length)
         return np.array([0.0, *zeros, length])
 
@@ -113,8 +113,8 @@ def _derivative(polynomials: np.ndarray, order: int) -> np.ndarray:
 
 
 def of_polynomials(knots: np.ndarray, polynomials: np.ndarray) -> StandardLaw:
-    """The law of pieces between knots (n + 1,) from 0 to 1: polynomials (n, degree + 1) of what lies behind each knot, the
-    constant first."""
+    """Return the law of pieces between knots (n + 1,) from 0 to 1: polynomials (n, degree + 1) of the piece behind each knot,
+    the constant first."""
     none = np.zeros(len(polynomials))
     return StandardLaw(knots, polynomials, none, none, none)
 
@@ -207,9 +207,9 @@ def _with_ends(points: Points) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class RiseAndReturn:
-    """From 0 up to ``stroke`` over the arc ``rise`` of the cam angle, and back over the arc ``back``; between them it rests.
+    """Motion up to ``stroke`` over the arc ``rise`` of the cam angle, and back over the arc ``back``; between them it rests.
 
-    law: how it rises; it returns by the same law run backwards, psi = stroke s(1 - x). stroke: in the unit of the motion,
+    law: of the rise; it returns by the same law run backwards, psi = stroke s(1 - x). stroke: in the unit of the motion,
     negative for a motion downwards. rise, back: begin and end in rad, in the sense of the cam angle. An end below its begin is
     one turn later: (5.8, 0.5) passes through 2 pi. Where ``back`` is not given it is the mirror image of the rise about pi (and
     so about 0), and psi(-phi) = psi(phi).
@@ -245,7 +245,7 @@ class RiseAndReturn:
 
     @cached_property
     def _borders(self) -> tuple[float, float, float]:
-        """From the begin of the rise on: where the top is reached, where the return begins, and where the bottom is reached."""
+        """Angles from the begin of the rise to the top, to the begin of the return, and to the bottom."""
         begin = self.rise[0]
         top, returns, bottom = (float(_after(begin, angle)) for angle in (self.rise[1], *self._back))
         return top, top if abs(returns - top) < _ROUNDING else returns, bottom if bottom > _ROUNDING else _TURN
@@ -266,19 +266,19 @@ class RiseAndReturn:
 
     @property
     def jump(self) -> float:
-        """By how much the acceleration jumps, at most: where the rise or the return begins or ends."""
+        """Largest jump of the acceleration, where the rise or the return begins or ends."""
         ends = np.abs(self.law(np.array([0.0, 1.0]), 2)).max()
         return float(abs(self.stroke) * ends / self._shorter**2) if ends > _ROUNDING * self.law.Ca else 0.0
 
     @property
     def _shorter(self) -> float:
-        """Of rise and return, in rad."""
+        """Length of the shorter of rise and return, in rad."""
         top, returns, bottom = self._borders
         return min(top, bottom - returns)
 
 
 def _after(begin: float, angle: np.ndarray | float) -> np.ndarray:
-    """How far an angle lies after another, in [0, 2 pi); 0 also where it is before it by no more than rounding."""
+    """Return the angle from one angle on to another, in [0, 2 pi); 0 also where it lies before it by no more than rounding."""
     t = np.mod(np.asarray(angle, float) - begin, _TURN)
     return np.asarray(np.where(t > _TURN - _ROUNDING, 0.0, t))
 

@@ -1,7 +1,7 @@
 """Harmonic synthesis: the motion of finitely many harmonics that satisfies restrictions and is the best of those that do.
 
 A derivative of psi = c0 + sum A_k cos k phi + B_k sin k phi at an angle is linear in x = (c0, A_1 ... A_N, B_1 ... B_N): every
-restriction is too. One that holds on an arc is enforced between the angles looked at by exchange: where the motion found breaks
+restriction is too. One that holds on an arc is enforced between the sampled angles by exchange: where the solution violates
 it, at an extremum of that derivative, the angle is added, and the programme solved again.
 
 Dwell motions known in closed form are beside it: a rise by a stroke at pi, and a dwell about 0.
@@ -20,8 +20,8 @@ from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.zeros_and_peaks import fewest_where
 
-_PER_HARMONIC = 6  # angles on a whole turn that are looked at first, times the number of harmonics
-_BROKEN = 1e-6  # of what is allowed: less is not broken
+_PER_HARMONIC = 6  # angles on a whole turn that are sampled first, times the number of harmonics
+_BROKEN = 1e-6  # of the bound: a smaller excess is no violation
 _ROUNDING = 1e-13  # of the largest value
 _ENOUGH = 1e-9  # of the largest bound: a widening that need not be smaller
 _STEP, _FALLING = 4, 0.5  # harmonics tried first, then so many more while the widening falls to such a share
@@ -50,10 +50,10 @@ def maximally_flat(count: int, stroke: float = 1.0) -> Harmonics:
 
 @dataclass(frozen=True)
 class Band:
-    """Between which values a derivative stays on an arc: a precision point where the arc is one angle and both are the same.
+    """Bounds of a derivative on an arc: a precision point where the arc is one angle and both bounds are the same.
 
-    name: what it is called in messages. order: of the derivative, from 0. begin, end: of the arc, in rad; at most a turn apart.
-    low, high: in the unit of the motion, infinite where there is no bound. widened: by what is minimised, on both sides.
+    name: its name in messages. order: of the derivative, from 0. begin, end: of the arc, in rad; at most a turn apart.
+    low, high: in the unit of the motion, infinite where there is no bound. is_widened: by the minimised widening, both sides.
     """
 
     name: str
@@ -66,12 +66,12 @@ class Band:
 
     @property
     def exact(self) -> bool:
-        """Whether it is a precision point that holds as it stands."""
+        """True if it is a precision point that is not widened."""
         return self.begin == self.end and self.low == self.high and not self.widened
 
     @property
     def size(self) -> float:
-        """Of what is allowed: the width of the band, or the bound."""
+        """Scale of the bounds: the width of the band, or the bound."""
         width = self.high - self.low
         sizes = [width] if math.isfinite(width) else [abs(b) for b in (self.low, self.high) if math.isfinite(b)]
         return max(sizes, default=0.0)
@@ -79,7 +79,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Cap:
-    """The most that the amplitude of a harmonic may be, likewise."""
+    """Largest permitted amplitude of a harmonic, likewise."""
 
     name: str
     harmonic: int
@@ -92,7 +92,7 @@ Restriction = Band | Cap
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """law: the motion. widening: by how much those restrictions are widened that are to be as tight as they can be."""
+    """law: the motion. widening: the amount by which restrictions that are to be as tight as possible are widened."""
 
     law: Harmonics
     widening: float
@@ -108,7 +108,7 @@ def synthesise(
     count : N
     restrictions : sequence of Band and Cap
     weights : (N,), optional
-        The root of the sum of (w_k A_k)^2 + (w_k B_k)^2 is minimised; without weights that by which restrictions are widened.
+        The root of the sum of (w_k A_k)^2 + (w_k B_k)^2 is minimised; without weights the widening of restrictions.
 
     Returns
     -------
@@ -117,15 +117,15 @@ def synthesise(
     Raises
     ------
     InfeasibleError
-        Where no motion satisfies all restrictions: ``ways_out`` says what must give way.
+        Where no motion satisfies all restrictions: see ``single_relaxations``.
     RunError
-        Where the solution is not found.
+        Where the solver fails.
     """
     few = _with_few(count, restrictions) if weights is None else None
     try:
         return few or _exchanged(count, restrictions, weights)
     except RunError:
-        # Some contradictions leave the solver undecided: widened together by ever so little, restrictions have a motion.
+        # Some contradictions leave the solver undecided: widened together by a small amount, restrictions have a motion.
         together = [replace(r, widened=True) for r in restrictions if not r.widened]
         if together and _exchanged(count, together, None).widening > _BROKEN * max(r.size for r in together):
             raise InfeasibleError from None
@@ -133,9 +133,9 @@ def synthesise(
 
 
 def _with_few(count: int, restrictions: Sequence[Restriction]) -> Synthesis | None:
-    """That of the fewest harmonics with which restrictions are hardly widened, those above being zero; None where all count.
+    """Return the synthesis of the fewest harmonics with negligible widening, those above being zero; None where all count.
 
-    Of more harmonics rounding would hide by how much, and of the motions that would do some swing wildly elsewhere.
+    With more harmonics rounding would hide the widening, and some admissible motions oscillate strongly elsewhere.
     """
     bounds = [bound for r in restrictions for bound in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
     enough = _ENOUGH * max((abs(bound) for bound in bounds if math.isfinite(bound)), default=0.0)
@@ -179,11 +179,11 @@ def _exchanged(count: int, restrictions: Sequence[Restriction], weights: Sequenc
         if not any(len(b) for b in broken):
             return Synthesis(law, max((_needed(r, law) for r in restrictions if r.widened), default=0.0))
         angles = [np.append(known, new) for known, new in zip(angles, broken, strict=True)]
-    raise RunError(f"the motion law breaks restrictions still after {_MOST_EXCHANGES} exchanges: {REMEDY}")
+    raise RunError(f"the motion law still violates restrictions after {_MOST_EXCHANGES} exchanges: {REMEDY}")
 
 
 def _needed(restriction: Restriction, law: Harmonics) -> float:
-    """By how much it must be widened for a motion to satisfy it, exactly."""
+    """Return the widening that a restriction needs for a motion to satisfy it, exactly."""
     if isinstance(restriction, Cap):
         return max(float(law.amplitudes[restriction.harmonic - 1]) - restriction.size, 0.0)
     least, greatest = extremes(restriction, law)
@@ -191,14 +191,14 @@ def _needed(restriction: Restriction, law: Harmonics) -> float:
 
 
 def extremes(band: Band, law: Harmonics) -> tuple[float, float]:
-    """The least and the greatest value of its derivative on the arc of a band, exactly."""
+    """Return the least and the greatest value of the derivative on the arc of a band, exactly."""
     derivative = law.derivative(band.order)
     values = derivative(np.array([band.begin, band.end, *_on(band, derivative)]))
     return float(values.min()), float(values.max())
 
 
 def _on(band: Band, derivative: Harmonics) -> np.ndarray:
-    """Where on the arc of a band its derivative may have extrema."""
+    """Return the angles on the arc of a band at which its derivative may have extrema."""
     at = band.begin + np.mod(derivative.stationary() - band.begin, 2 * math.pi)
     return np.asarray(at[at < band.end])
 
@@ -240,7 +240,7 @@ def _rows(count: int, order: int, phi: np.ndarray) -> np.ndarray:
 
 
 def _first_angles(band: Band, count: int, points: np.ndarray) -> np.ndarray:
-    """Evenly over the arc, its ends among them; and those precision points on it, which may contradict it."""
+    """Return even angles over the arc, its ends among them, and the precision points on it, which may contradict it."""
     arc = band.end - band.begin
     intervals = math.ceil(_PER_HARMONIC * count * arc / (2 * math.pi))
     on = band.begin + np.mod(points - band.begin, 2 * math.pi)
@@ -248,7 +248,7 @@ def _first_angles(band: Band, count: int, points: np.ndarray) -> np.ndarray:
 
 
 def _broken(band: Band, law: Harmonics, widening: float) -> np.ndarray:
-    """The extrema on the arc at which the motion breaks a band."""
+    """Return the extrema on the arc at which the motion violates a band."""
     if band.begin == band.end:
         return np.zeros(0)
     derivative = law.derivative(band.order)
@@ -262,16 +262,16 @@ def _broken(band: Band, law: Harmonics, widening: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class WayOut:
-    """restriction: what may give way. by: how much it must, in its own unit."""
+    """restriction: the one to relax. by: the amount, in its unit."""
 
     restriction: Restriction
     by: float
 
 
 def ways_out(count: int, restrictions: Sequence[Restriction]) -> tuple[WayOut, ...]:
-    """Of restrictions that contradict each other those of which one alone may give way, the one that must do so least first.
+    """Return the relaxations of single restrictions that remove a contradiction, the smallest first.
 
-    Least: as a share of what it allows. None where more than one must give way.
+    Smallest: as a share of the bound. Empty where more than one restriction must be relaxed.
     """
     found = list[WayOut]()
     fixed = [replace(r, widened=False) for r in restrictions]

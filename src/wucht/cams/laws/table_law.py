@@ -15,7 +15,7 @@ from wucht.schema import LARGEST
 _TURN = 2 * math.pi
 _ROUNDED = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded
 _WIDE, _STEEP = 5.0, 10.0  # times the widest spacing and the steepest change between points: over the end of a turn no more
-_CLOSES = 1e-6  # of the range of the output: so much may the output differ there
+_CLOSES = 1e-6  # of the range of the output: permitted difference there
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class TableLaw:
     """The motion through points (M,): cam angles in rad that increase, over no more than a turn, evenly spaced or not.
 
     The first point may stand there again at the end, a turn later. degree: 5, and the derivatives up to the fourth are
-    continuous, or 3, and those up to the second are: the third jumps at the points. A table of rounded values asks for few
+    continuous, or 3, and those up to the second are: the third jumps at the points. A table of rounded values needs few
     points rather than many: the derivative of order p of an error is larger by about (3/spacing)^p.
 
     Raises ``InputError`` (law.file, law.degree): another degree; not as many outputs as angles; values that are no numbers;
@@ -79,7 +79,7 @@ class TableLaw:
 
     @property
     def _closed(self) -> bool:
-        """Whether the last point is the first again."""
+        """True if the last point repeats the first."""
         return len(self.angles) > 1 and bool(self.angles[-1] - self.angles[0] > _TURN - _ROUNDED)
 
     @cached_property
@@ -96,7 +96,7 @@ class TableLaw:
 
 
 def _check_whole_turn(phi: np.ndarray, psi: np.ndarray) -> None:
-    """Raises ``InputError`` where the points, the first not repeated at the end, are no whole turn."""
+    """Raise ``InputError`` where the points, the first not repeated at the end, do not cover a whole turn."""
     gap, jump, spacing = _TURN - (phi[-1] - phi[0]), abs(psi[0] - psi[-1]), np.diff(phi)
     open_at = f"from {math.degrees(phi[-1]):.6g} to {math.degrees(phi[0] + _TURN):.6g} deg"
     if gap > _WIDE * spacing.max():

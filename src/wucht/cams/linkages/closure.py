@@ -1,4 +1,4 @@
-"""What linkages between the follower's lever and the output have in common: closure by a rod, and a law that goes through it.
+"""The common base of linkages between the follower's lever and the output: closure by a rod, and a law transmitted by it.
 
 In the complex plane, with the lever's pivot at 0, the rod's ends are the lever's joint Q = arm e^(i alpha) and the output's
 joint P(y): |P - Q| = rod. On one branch each of alpha and y follows from the other in closed form, by a quadratic equation, and
@@ -33,7 +33,7 @@ _GRID = 2048  # angles a turn, between which no law has two extremes
 def composed(outer: np.ndarray, inner: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
     """The highest derivative of y(x(t)), of an order from 0 to 3: Faa di Bruno's formula.
 
-    outer: of y by x (4, ...). inner: of x by t, up to the order that is wanted.
+    outer: of y by x (4, ...). inner: of x by t, up to the required order.
     """
     y, (_, *x) = outer, inner
     if not x:
@@ -48,7 +48,7 @@ def composed(outer: np.ndarray, inner: Sequence[np.ndarray] | np.ndarray) -> np.
 def _at_constant_distance(given: np.ndarray, follower: np.ndarray) -> np.ndarray:
     """The derivatives y', y'', y''' (3, ...) by x for which |P(x) - Q(y(x))| stays the same.
 
-    given: of the point P by x, complex (4, ...). follower: of the point Q by y, complex (4, ...), not square to the rod.
+    leader: of the point P by x, complex (4, ...). follower: of the point Q by y, complex (4, ...), not square to the rod.
 
     With D = P - Q it is D . D' = 0, D' . D' + D . D'' = 0 and 3 D' . D'' + D . D''' = 0; each is linear in the highest
     derivative of y.
@@ -69,12 +69,12 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class Linkage(ABC):
-    """Between the lever's angle rho and the output psi, both zero in the reference position.
+    """A linkage between the lever's angle rho and the output psi, both zero in the reference position.
 
-    There the lever stands at ``angle`` (rad), and the output where the closure on the ``branch`` (+1 or -1) puts it. All
+    There the lever is at ``angle`` (rad), and the output where the closure on the ``branch`` (+1 or -1) puts it. All
     angles are counter-clockwise. Dead points are of two kinds: where the rod cannot move the output, being in line with it or
     square to its slide, and where the rod is in line with the lever, and the output turns back. The lever can pass those of the
-    second kind; a motion of the output cannot ask for it.
+    second kind; a motion of the output cannot require it.
     """
 
     angle: float
@@ -103,7 +103,7 @@ class Linkage(ABC):
         return np.concatenate([[y - self._reference_output], slopes])
 
     def transmission_angle(self, rho: np.ndarray | float) -> np.ndarray:
-        """From 0 (the rod cannot move the output) to pi/2 (all its force does), at rho of any shape.
+        """Transmission angle from 0 (the rod cannot move the output) to pi/2 (all its force does), at rho of any shape.
 
         Of a four-bar between coupler and output, of a slider-crank between the rod and the normal of the slide. Raises
         ``InputError`` (linkage): out of reach.
@@ -136,7 +136,7 @@ class Linkage(ABC):
 
     @cached_property
     def _side(self) -> float:
-        """On which side of the line from its pivot to the output's joint the lever is: between dead points it stays there."""
+        """Side of the line from its pivot to the output's joint on which the lever is: between dead points it stays there."""
         return math.copysign(1.0, self._lean(self.angle, self._reference_output))
 
     def _position(self, rho: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -160,7 +160,7 @@ class Linkage(ABC):
         return float((w.conjugate() * cmath.exp(1j * alpha)).imag / (abs(w) or 1.0))
 
     def _check_reference(self) -> None:
-        """Raises ``InputError`` (linkage.angle) where the reference position is a dead point."""
+        """Raise ``InputError`` (linkage.angle) where the reference position is a dead point."""
         y = np.asarray(self._reference_output)
         P, Q = self._output_joint(y), self._lever_joint(np.asarray(self.angle))
         grips = [abs((np.conj(P[0] - Q[0]) * moved).real) / (self._rod * abs(moved)) for moved in (P[1], Q[1])]
@@ -171,17 +171,17 @@ class Linkage(ABC):
     @property
     @abstractmethod
     def _arm(self) -> float:
-        """The lever's, in m."""
+        """Arm of the lever in m."""
 
     @property
     @abstractmethod
     def _rod(self) -> float:
-        """In m."""
+        """Length of the rod in m."""
 
     @property
     @abstractmethod
     def _period(self) -> float:
-        """Of the output: 2 pi or infinite."""
+        """Period of the output: 2 pi or infinite."""
 
     @abstractmethod
     def _output_joint(self, y: np.ndarray) -> np.ndarray:
@@ -206,7 +206,7 @@ class Linkage(ABC):
     @staticmethod
     @abstractmethod
     def _shown(psi: float) -> str:
-        """With its unit."""
+        """Return an output value with its unit."""
 
 
 def corner(a: np.ndarray, b: float, opposite: float) -> np.ndarray:
@@ -219,7 +219,7 @@ def corner(a: np.ndarray, b: float, opposite: float) -> np.ndarray:
 
 
 def check_parameters(lengths: dict[str, float], angle: float, branch: int) -> None:
-    """Raises ``InputError`` (linkage.KEY) for lengths in m or an angle that are none, or a branch that is not +1 or -1."""
+    """Raise ``InputError`` (linkage.KEY) for invalid lengths in m or angles, or a branch that is not +1 or -1."""
     for key, length in lengths.items():
         if not (math.isfinite(length) and length > 0):
             raise InputError(f"linkage.{key}", length, "must be a length greater than 0 m")
@@ -230,7 +230,7 @@ def check_parameters(lengths: dict[str, float], angle: float, branch: int) -> No
 
 
 def _around(value: float, dead: Iterable[float], period: float) -> Limits:
-    """How far the next ones below and above a value are from it; infinitely far where there are none."""
+    """Return the distances from a value to the next dead points below and above it; infinite where there are none."""
     gaps = np.array(list(dead)) - value
     # With an infinite period one above is infinitely far below, and the other way round.
     below, above = -np.mod(-gaps, period), np.mod(gaps, period)
@@ -251,7 +251,7 @@ def _check_within(what: str, given: np.ndarray | float, limits: Limits, shown: C
 class LeverMotion:
     """The lever's motion rho(phi), a law, that makes the output move by a law psi(phi).
 
-    Raises ``InputError`` (linkage) where the output would reach a dead point: which psi, and between which it must stay.
+    Raises ``InputError`` (linkage) where the output would reach a dead point: that psi, and the range it must stay in.
     """
 
     law: Law
@@ -265,7 +265,7 @@ class LeverMotion:
         return _through(self.linkage.lever_derivatives, self.law, phi, order)
 
     def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
-        """Of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
+        """Return the transmission angle of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
         return self.linkage.transmission_angle(self(phi))
 
 
@@ -274,7 +274,7 @@ class OutputMotion:
     """The output's motion psi(phi), a law, that a lever makes which moves by a law rho(phi).
 
     The lever may pass positions in line with the rod, where the output turns back. Raises ``InputError`` (linkage) where it
-    could not move the output any more: which rho, and between which it must stay.
+    could not move the output any more: that rho, and the range it must stay in.
     """
 
     lever_law: Law
@@ -288,7 +288,7 @@ class OutputMotion:
         return _through(self.linkage.output_derivatives, self.lever_law, phi, order)
 
     def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
-        """Of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
+        """Return the transmission angle of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
         return self.linkage.transmission_angle(self.lever_law(phi))
 
 

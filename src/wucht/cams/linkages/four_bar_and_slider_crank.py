@@ -26,7 +26,7 @@ class FourBar(Linkage):
 
     ground: the distance of the pivots; input, output: from pivot to joint, of lever and output; coupler: between the joints;
     all in m. angle: of the lever where rho = psi = 0, in rad from the line to the output's pivot. branch: +1, the open
-    linkage, or -1, the crossed one, as seen with the lever on the left of that line (0 < angle < pi): in the open one the
+    linkage, or -1, the crossed one, with the lever on the left of that line (0 < angle < pi): in the open one the
     output is clockwise of the line from its pivot to the lever's joint.
 
     Raises ``InputError`` (linkage.KEY): no length, lengths that do not close at ``angle``, a dead point there.
@@ -95,7 +95,7 @@ class SliderCrank(Linkage):
     """The lever is a crank, and a rod joins its end to a slider; the output psi is the slider's way in m.
 
     crank: the lever's arm on this side; rod: its length. offset: by how much the slide passes the lever's pivot on the left, as
-    seen in the direction in which psi grows. All in m. angle: of the crank where rho = psi = 0, in rad from that
+    viewed in the direction in which psi grows. All in m. angle: of the crank where rho = psi = 0, in rad from that
     direction. branch: +1, the slider is ahead of the crank's end, or -1, behind it.
 
     Raises ``InputError`` (linkage.KEY): no length, lengths that do not close at ``angle``, a dead point there.

@@ -1,6 +1,6 @@
-"""Where the centre of a cam may be for its pressure angles: cones, and the nearest point of what they have in common.
+"""Possible centres of a cam for its pressure angles: cones, and the nearest point of their intersection.
 
-Seen from the guide of the follower, a lever's pivot or a rod, the roller's centre runs along a path q(psi), and the cam's
+Relative to the guide of the follower, a lever's pivot or a rod, the roller's centre runs along a path q(psi), and the cam's
 centre O is unknown. The contact normal has the direction of O - A, A = q + i q' (q' by the cam angle; q - i q' for a cam that
 turns clockwise), and the pressure angle is that between it and the direction w in which the roller comes in. It is at most
 alpha where O lies in the cone
@@ -17,7 +17,7 @@ away will do. So the pressure angle must be larger than half the lever's swing, 
 Base circle. On a lever O lies, for all cam angles, on that side of the line through pivot and roller to which the roller comes
 in; so |O - q| falls as it does, and the least |O - q| of the cycle is that at the innermost position, the largest that at the
 outermost. Either is the distance of O from a given point: the smallest cam is the nearest point of K, a convex problem in
-two variables. Between the angles looked at K is enforced by exchange, as restrictions are in ``laws.synthesis``.
+two variables. Between the sampled angles K is enforced by exchange, as restrictions are in ``laws.synthesis``.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ _MOST_EXCHANGES = 60
 
 
 class Guide(Protocol):
-    """A follower with its pivot or its rod in the origin, or where it is to be."""
+    """A follower with its pivot or its rod in the origin, or at its final place."""
 
     @property
     def roller_radius(self) -> float:
-        """In m."""
+        """Radius of the roller in m."""
         ...
 
     def place(self, moved: np.ndarray) -> np.ndarray:
-        """The centre of the roller where the law has a value."""
+        """Return the centre of the roller for a value of the law."""
         ...
 
     def rate(self, moved: np.ndarray) -> np.ndarray:
@@ -63,15 +63,15 @@ class Guide(Protocol):
         ...
 
     def swing(self, low: float, high: float) -> float:
-        """By how much it turns between two values of its law, in rad."""
+        """Return the angle in rad by which it turns between two values of its law."""
         ...
 
     def distance_from(self, centre: complex) -> float:
-        """The key ``distance`` that it would have with a cam about this centre, infinite where it has none."""
+        """Return the key ``distance`` that it has with a cam about this centre, infinite where it has none."""
         ...
 
     def seen_from(self, centre: complex) -> RollerFollower:
-        """Turned and moved so that the centre of its cam is 0 and its pivot on +x, or the rod along +x."""
+        """Return it turned and moved so that the centre of its cam is 0 and its pivot on +x, or the rod along +x."""
         ...
 
 
@@ -92,7 +92,7 @@ class Layout:
         return -1j if self.clockwise else 1j
 
     def cones(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Apex A, axis w and tangent of the half angle (N,)."""
+        """Return apex A, axis w and tangent of the half angle (N,)."""
         rate = self.guide.rate(self.law(phi))
         out = -self.inward * self.law(phi, 1)
         away, back = self.tangents
@@ -115,7 +115,7 @@ class Layout:
         """The least and the greatest value of the law."""
         low, high = float(valleys(self.law)[1].min()), -float(valleys(lambda p: -self.law(p))[1].min())
         if not high > low:
-            raise InputError("law", None, "it does not move: there is no pressure angle to size a cam by")
+            raise InputError("law", None, "it does not move: without a pressure angle no cam can be sized")
         return low, high
 
     @property
@@ -126,17 +126,17 @@ class Layout:
 
     @property
     def swing(self) -> float:
-        """By how much the axes of the cones turn, in rad."""
+        """Angle in rad by which the axes of the cones turn."""
         return self.guide.swing(*self.range)
 
     def half_planes(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Normals a and bounds b (2 N,): Re(O a*) <= b, the normals of modulus 1."""
+        """Return normals a and bounds b (2 N,): Re(O a*) <= b, the normals of modulus 1."""
         apex, axis, tangent = self.cones(phi)
         a = np.concatenate([(1j - tangent) * axis, (-1j - tangent) * axis]) / np.tile(np.hypot(1, tangent), 2)
         return a, (np.tile(apex, 2) * a.conj()).real
 
     def broken(self, centre: complex) -> np.ndarray:
-        """The cam angles at which O lies farthest outside of the cones, of those where it does."""
+        """Return the cam angles at which O lies farthest outside of the cones, as local maxima."""
 
         def inside(cones: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
             apex, axis, tangent = cones
@@ -146,18 +146,18 @@ class Layout:
         return farthest(inside(self.on_grid), lambda phi: inside(self.cones(phi)), -EXACT * max(self.size, abs(centre)))
 
     def bends(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A and A'/(+-i) (N,), on which the curvature depends."""
+        """Return A and A'/(+-i) (N,), on which the curvature depends."""
         first, second = (self.guide.centre(self.law, phi, order) for order in (1, 2))
         return self.guide.centre(self.law, phi) + self.turn * first, first / self.turn + second
 
 
 def pitch_curvature(v: np.ndarray, turned: np.ndarray) -> np.ndarray:
-    """Of the pitch curve in 1/m, of V = A - O and A'/(+-i)."""
+    """Return the curvature of the pitch curve in 1/m from V = A - O and A'/(+-i)."""
     return np.asarray((np.abs(v) ** 2 - (v.conj() * turned).real) / np.abs(v) ** 3)
 
 
 def farthest(values: np.ndarray, function: RealFunction, bound: float) -> np.ndarray:
-    """The minima of a function below a bound, whose values on the grid are known: between its angles they may be lower."""
+    """Return the minima of a function below a limit; values: on the grid, between whose angles they may be lower."""
     near = values < bound + _BETWEEN * np.abs(values).max()
     i = np.flatnonzero((values < np.roll(values, 1)) & (values <= np.roll(values, -1)) & near)
     if not len(i):
@@ -167,7 +167,7 @@ def farthest(values: np.ndarray, function: RealFunction, bound: float) -> np.nda
 
 
 def nearest_in_cones(layout: Layout, target: complex) -> complex:
-    """The point of K that is nearest to a target. Raises ``InfeasibleError``."""
+    """Return the point of K that is nearest to a target. Raises ``InfeasibleError``."""
     phi = _FIRST
     if math.atan(min(layout.tangents)) <= layout.swing / 2:
         raise InfeasibleError
@@ -177,11 +177,11 @@ def nearest_in_cones(layout: Layout, target: complex) -> complex:
         if not len(broken):
             return centre
         phi = np.append(phi, broken)
-    raise RunError(f"the cam's size is still not found after {_MOST_EXCHANGES} exchanges: its law may jump")
+    raise RunError(f"the cam's size has not converged after {_MOST_EXCHANGES} exchanges: its law may jump")
 
 
 def _nearest(target: complex, a: np.ndarray, b: np.ndarray, size: float) -> complex:
-    """The point with Re(O a*) <= b (m,) nearest to a target: that itself, its foot on a line, or where two lines meet."""
+    """Return the point with Re(O a*) <= b (m,) nearest to a target: itself, its foot on a line, or an intersection of two."""
     beyond = (target * a.conj()).real - b
     i, j = np.triu_indices(len(a), 1)
     area = (a[i].conj() * a[j]).imag

@@ -1,4 +1,4 @@
-"""What is permitted of a cam, and what the smallest one is that keeps it."""
+"""Permitted limits of a cam, and the smallest cam that keeps them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ LARGEST_ANGLE = math.radians(89)
 
 
 class Permitted(Described):
-    """What the cam is judged by.
+    """Limits by which the cam is judged.
 
-    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam is sought besides that keeps
-    them, in any case with a base circle that is not negative.
+    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam that keeps them is computed
+    as well, in any case with a base circle that is not negative.
     """
 
     pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0)
@@ -45,7 +45,7 @@ class Smallest(ABC):
 
     base_radius, largest_radius: in m. least_radius: of curvature of the contour in m where it is convex, negative where it is
     undercut, infinite where it is nowhere convex; sharpest: the cam angle there in rad.
-    whole: whether a least radius that is not negative says by itself that nothing is cut away.
+    whole: True if a least radius that is not negative implies by itself that nothing is cut away.
     """
 
     base_radius: float
@@ -62,10 +62,10 @@ class Smallest(ABC):
 
     @abstractmethod
     def summary(self) -> dict[str, Any]:
-        """Of its contour, as a result states it."""
+        """Return the summary of its contour, as in a result."""
 
     def _of_contour(self, inward: float) -> dict[str, Any]:
-        """The same for any follower. inward: how far the contour lies inside the curve whose radii are known."""
+        """Return the part common to all followers. inward: distance of the contour inside the curve whose radii are known."""
         return {
             "follower": dict(self.placed),
             "base_radius": self.base_radius - inward,

@@ -1,6 +1,6 @@
 """The smallest cam for a permitted pressure angle and a permitted curvature, of a follower with a roller.
 
-The smallest cam of a permitted curvature alone is found by a search of the plane.
+The smallest cam for a permitted curvature alone is computed by a search of the plane.
 The curvature of the pitch curve is (|V|^2 -+ Im(V* A'))/|V|^3 with V = A - O. That it is at most 1/rho forbids O a bounded
 region about each A: what remains is not convex, but never empty. There the plane is searched, on rays from the point in
 question: each meets K in one piece, and beyond a known radius the curvature forbids nothing. Between the rays beside the best
@@ -25,7 +25,7 @@ from wucht.cams.sizing.permitted import LARGEST_ANGLE, Size, Smallest
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import GRID, TURN, narrowed, valleys
 
-_MET = 1e-6  # of the curvature: a bound so near is reached
+_MET = 1e-6  # of the curvature: tolerance within which a bound is reached
 _MOST_EXCHANGES = 60
 _FINE = np.geomspace(1e-5, 0.03, 24)  # rad: K may be a thin wedge
 _RAYS = np.sort(np.concatenate([-_FINE, _FINE, np.arange(-120, 120) * (TURN / 240)]))
@@ -36,11 +36,11 @@ _COARSE = GRID[::16]
 _MOST_STARTS = 3
 Angles = float | tuple[float, float]
 LEAST_DISTANCE = 1e-6  # m: a cam file wants a distance greater than zero, even of a law that is never zero
-_SHARE = 1e-9  # of the tangents of the pressure angles, to which they are found where a shaft makes them smaller
+_SHARE = 1e-9  # of the tangents of the pressure angles: accuracy where a shaft makes them smaller
 
 
 def _with_curvature(layout: Layout, target: complex, centre: complex, most: float) -> complex:
-    """The point of K nearest to a target where the pitch curve is nowhere bent more sharply; ``centre``: of K alone."""
+    """Return the point of K nearest to a target where the pitch curve is nowhere bent more sharply; ``centre``: of K alone."""
     if not len(_sharper(layout, centre, most)):
         return centre
     rays = _Rays(target, most, *layout.bends(_COARSE), *layout.half_planes(_COARSE))
@@ -61,7 +61,7 @@ def _sharper(layout: Layout, centre: complex, most: float) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class _Rays:
-    """Rays from a target, and where on them nothing is broken at some cam angles. apex, turned, a, b: of those angles."""
+    """Rays from a target, and their feasible points at some cam angles. apex, apex_slope, a, b: of those angles."""
 
     target: complex
     most: float
@@ -71,7 +71,7 @@ class _Rays:
     b: np.ndarray
 
     def looking_at(self, layout: Layout, phi: np.ndarray) -> _Rays:
-        """The same at more cam angles."""
+        """Return the rays with further cam angles."""
         old, new = (self.apex, self.turned, self.a, self.b), (*layout.bends(phi), *layout.half_planes(phi))
         return _Rays(self.target, self.most, *(np.append(o, n) for o, n in zip(old, new, strict=True)))
 
@@ -89,7 +89,7 @@ class _Rays:
         return float(np.abs(self.target - self.apex).max()) + (1 + math.sqrt(1 + largest)) / (2 * self.most)
 
     def first(self, angle: float) -> float:
-        """The least distance on a ray that will do, of those tried, and back from there as far as it will; infinite: none."""
+        """Return the least feasible distance on a ray: the first feasible sample, refined by bisection; infinite: none."""
         ray = complex(math.cos(angle), math.sin(angle))
         slope, room = (ray * self.a.conj()).real, self.b - (self.target * self.a.conj()).real
         enter = float(np.max(room[slope < 0] / slope[slope < 0], initial=0.0))
@@ -108,7 +108,7 @@ class _Rays:
 
 
 def _first_points(layout: Layout, rays: _Rays, centre: complex) -> list[tuple[float, float]]:
-    """The angles of the rays that are best in their surroundings, and of a ray before and behind; the nearest point first."""
+    """Return the angles of the rays before and behind each locally best ray, the nearest point first."""
     middle = layout.inward * layout.guide.rate(np.array(sum(layout.range) / 2))
     toward = np.angle(centre - rays.target)
     angles = toward + np.sort(np.append(_RAYS, np.angle(middle / (centre - rays.target))))  # to the middle all cones open
@@ -121,7 +121,7 @@ def _first_points(layout: Layout, rays: _Rays, centre: complex) -> list[tuple[fl
 
 
 def _refined(layout: Layout, rays: _Rays, between: tuple[float, float]) -> complex | None:
-    """The nearest point that will do between two rays, None where none is found."""
+    """Return the nearest feasible point between two rays, None if the refinement fails."""
     begin, end = (np.array([angle]) for angle in between)
     for _ in range(_MOST_EXCHANGES):
 
@@ -155,22 +155,22 @@ class SmallestCam(Smallest):
 
     @property
     def placed(self) -> Mapping[str, float]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return {key: getattr(self.follower, key) for key in self.follower.placing}
 
     def summary(self) -> dict[str, Any]:
-        """See ``Smallest``."""
+        """See ``SizedCam``."""
         return self._of_contour(self.follower.roller_radius) | {"max_pressure_angle": self.pressure_angle}
 
 
 def check_length(name: str, value: float, or_zero: bool = False) -> None:
-    """Raises ``InputError`` where a length in m is none, or not above zero."""
+    """Raise ``InputError`` where a length in m is not finite, or not above zero."""
     if not (math.isfinite(value) and (value > 0 or (or_zero and value == 0))):
         raise InputError(name, value, f"must be {'zero or ' if or_zero else ''}greater than zero (in m)")
 
 
 def tangents_of(permitted: Angles) -> tuple[float, float]:
-    """Of pressure angles as the roller goes out and in. Raises ``InputError``."""
+    """Return the tangents of the pressure angles as the roller goes out and in. Raises ``InputError``."""
     both = permitted if isinstance(permitted, tuple) else (permitted, permitted)
     for angle in both:
         if not 0 < angle <= LARGEST_ANGLE:
@@ -179,7 +179,7 @@ def tangents_of(permitted: Angles) -> tuple[float, float]:
 
 
 def smallest_roller_cam(layout: Layout, least_radius: float | None, shaft_radius: float | None, smallest: Size) -> SmallestCam:
-    """The smallest cam of a layout, see ``smallest_lever_cam``. Raises ``InputError``, ``RunError``."""
+    """Return the smallest cam of a layout, see ``smallest_lever_cam``. Raises ``InputError``, ``RunError``."""
     roller = layout.guide.roller_radius
     check_length("roller_radius", roller, or_zero=True)
     if least_radius is not None:
@@ -194,7 +194,7 @@ def smallest_roller_cam(layout: Layout, least_radius: float | None, shaft_radius
         centre = centre_for(layout)
     except InfeasibleError:
         swing, permitted = layout.swing, math.atan(min(layout.tangents))
-        allowed = f"no cam has it: it must be greater than {math.degrees(swing) / 2:.6g} deg, half the lever's swing"
+        allowed = f"no cam can keep it: it must be greater than {math.degrees(swing) / 2:.6g} deg, half the lever's swing"
         raise InputError("pressure_angle", f"{math.degrees(permitted):.6g} deg", allowed) from None
     if shaft_radius is not None:
         check_length("shaft_radius", shaft_radius, or_zero=True)
@@ -203,9 +203,9 @@ def smallest_roller_cam(layout: Layout, least_radius: float | None, shaft_radius
 
 
 def _round_a_shaft(layout: Layout, centre: complex, base: float, centre_for: Callable[[Layout], complex]) -> complex:
-    """The centre of a cam whose pitch curve has at least a base circle, and a rod's a distance greater than zero.
+    """Return the centre of a cam whose pitch curve has at least a base circle, and a rod's a distance greater than zero.
 
-    Whatever has that base circle would do: the one with the smallest pressure angle is taken. The smaller that is, the larger
+    Of the cams with that base circle the one with the smallest pressure angle is taken. The smaller that is, the larger
     is the smallest cam, without limit towards half the lever's swing.
     """
 
@@ -230,7 +230,7 @@ def _round_a_shaft(layout: Layout, centre: complex, base: float, centre_for: Cal
 
 
 def _described(layout: Layout, centre: complex) -> SmallestCam:
-    """The cam whose centre is O, turned and moved so that O is 0 and the pivot on +x, or the rod along +x."""
+    """Return the cam whose centre is O, turned and moved so that O is 0 and the pivot on +x, or the rod along +x."""
     follower = layout.guide.seen_from(centre)
     cam = RollerCam(layout.law, follower, layout.clockwise)
 

@@ -1,1 +1,1 @@
-"""The tables of a cam file, checked when they are built, and what is made of them."""
+"""The tables of a cam file, checked when they are built, and the objects they describe."""

@@ -1,4 +1,4 @@
-"""The table [shaft] of a cam file: what turns, what drives and brakes it, and how stiff it is."""
+"""The table [shaft] of a cam file: inertia, drive, loads and stiffness of the camshaft."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _DAMPING_RATIO = 0.02  # as of [law.resonance]
 _ON = "camshaft"  # the rotor of the machine by which drive and loads are read
 _DEVELOPED = 4.0  # times the speed of its transition: there dry friction is at 99.9 % of its torque
 _FAST = 1e3  # rad/s: no camshaft is expected to be faster
-_LOOKED_AT, _BEYOND = 400, 10.0  # speeds, and times the expected one, at which a drive is looked for that carries its load
+_LOOKED_AT, _BEYOND = 400, 10.0  # speeds, and times the expected one, up to which a drive is checked to carry its load
 
 
 def _is_quantity(given: Any) -> Any:
@@ -45,10 +45,10 @@ _OfOutput = Annotated[float | str, BeforeValidator(_is_quantity)]  # its unit de
 
 @dataclass(frozen=True, eq=False)
 class Driving:
-    """What acts on a camshaft. torques: of the drive, and of all loads against it. speed: that the drive reaches with an output
-    that rests, in rad/s. enforced: the drive holds this speed, whatever torque that takes. friction: of dry loads, N m, and
-    transition: the speed of their smooth transition at standstill, rad/s. inertia: of a motor behind a gear, as the shaft feels
-    it, kg m^2."""
+    """Torques on a camshaft. torques: of the drive, and of all loads against it. speed: that the drive reaches with an output
+    that rests, in rad/s. is_enforced: the drive holds this speed at any torque. friction: of dry loads, N m, and
+    transition: the speed of their smooth transition at standstill, rad/s. inertia: of a motor behind a gear, reduced to the
+    shaft, kg m^2."""
 
     torques: Curve
     speed: float
@@ -63,9 +63,9 @@ class Driving:
         return drive - load, drive_slope - load_slope
 
     def standing(self, speed: float) -> str:
-        """Why a shaft that was found to turn at a speed in rad/s stands in truth, empty where it turns.
+        """Return why a shaft with a computed speed in rad/s does not turn in reality; empty where it turns.
 
-        Dry friction that is smooth about standstill gives way to any torque, slowly, within its transition; a real one holds.
+        Smoothed dry friction gives way to any torque, slowly, within its transition; real dry friction holds.
         """
         starting = float(self.torques(np.array([0.0]))[0][0, 0])
         if not self.friction or speed >= _DEVELOPED * self.transition or starting > self.friction:
@@ -74,7 +74,7 @@ class Driving:
         return f"{held}: the shaft stands; give a stronger drive or a smaller load"
 
     def never_carrying(self, expected: float) -> str:
-        """Why there is no speed at which it turns, up to ten times the one expected in rad/s; empty where there is one."""
+        """Return why no speed is possible up to ten times the expected one in rad/s; empty where one is."""
         if not (stands := self.standing(0.0)):
             return ""
         speeds = np.geomspace(_DEVELOPED * self.transition, _BEYOND * expected, _LOOKED_AT)
@@ -108,7 +108,7 @@ class ElasticTable(Described):
 
     @classmethod
     def where(cls) -> str:
-        """In a file."""
+        """Return its path in a file."""
         return "shaft.elastic"
 
     @model_validator(mode="after")
@@ -125,11 +125,11 @@ class ElasticTable(Described):
         return self
 
     def output(self, moved: float, unit: str) -> ElasticOutput | None:
-        """The output on its spring, None where it is rigid. moved: what moves with it. unit: of its motion, rad or m."""
+        """Return the output on its spring, None where it is rigid. inertia: of the output. unit: of its motion, rad or m."""
         if self.output_frequency is None and self.output_stiffness is None:
             return None
         if moved <= 0:
-            raise InputError("shaft.elastic", None, "what moves with an elastic output must have an inertia above zero")
+            raise InputError("shaft.elastic", None, "an elastic output must have an inertia above zero")
         stiffness = moved * (self.output_frequency or 0.0) ** 2
         if self.output_stiffness is not None:
             where = "shaft.elastic.output_stiffness"
@@ -147,7 +147,7 @@ class ElasticTable(Described):
 
 
 def _of_output(quantity: Unit, given: float | str, where: str, unit: str) -> float:
-    """In SI. Raises ``InputError``, which says how the output moves: that decides the unit."""
+    """Return the quantity in SI. Raises ``InputError``, naming the motion of the output, which decides the unit."""
     try:
         return read_quantity(quantity, given, where)
     except InputError as error:
@@ -177,7 +177,7 @@ class ShaftTable(Described):
 
     @classmethod
     def where(cls) -> str:
-        """In a file."""
+        """Return its path in a file."""
         return "shaft"
 
     @model_validator(mode="after")
@@ -192,7 +192,7 @@ class ShaftTable(Described):
         return self
 
     def driving(self, folder: Path) -> Driving | None:
-        """What acts on the shaft, None where nothing does: the eigenmotion. folder: in which files of tables are looked for.
+        """Return the torques on the shaft, None where there are none: the eigenmotion. folder: the folder of files of tables.
 
         Raises ``InputError``, located from ``shaft`` on.
         """
@@ -209,10 +209,10 @@ class ShaftTable(Described):
             raise InputError("shaft.drive.kind", kind, sentence)
         enforced = machine.rotor.coordinate.prescribed is not None
         if enforced and self.mean_speed is not None:
-            raise InputError("shaft.mean_speed", self.mean_speed, "this drive enforces a speed: give none beside it")
+            raise InputError("shaft.mean_speed", self.mean_speed, "not allowed beside a drive that enforces a speed")
         reached = self.mean_speed if self.mean_speed is not None else free_speed(machine, machine.rotor)
         if reached is None:
-            allowed = "nothing limits the speed that this drive reaches: give [[shaft.loads]], or the mean_speed expected"
+            allowed = "nothing limits the speed that this drive reaches: give [[shaft.loads]], or the expected mean_speed"
             raise InputError("shaft.drive", self.drive.get("kind"), allowed, code="no-limit")
         if not reached > 0:
             allowed = (
@@ -226,13 +226,13 @@ class ShaftTable(Described):
             raise InputError("shaft.drive", self.drive.get("kind"), stands, code="stands")
         if not enforced and self.mean_speed is None and (stands := driving.standing(reached)):
             started = (
-                "" if driving.never_carrying(_FAST) else ", or, if something else starts the shaft, the mean_speed expected"
+                "" if driving.never_carrying(_FAST) else ", or, if something else starts the shaft, the expected mean_speed"
             )
             raise InputError("shaft.drive", self.drive.get("kind"), f"{stands}{started}", code="stands")
         return driving
 
     def _machine(self, folder: Path) -> Machine:
-        """A rotor alone with the drive and the loads. Raises ``InputError``, located from ``shaft`` on."""
+        """Return a rotor alone with the drive and the loads. Raises ``InputError``, located from ``shaft`` on."""
         _check_keys(self.drive or {}, drives(), "shaft.drive")
         for i, load in enumerate(self.loads):
             _check_keys(load, loads(), f"shaft.loads[{i}]")
@@ -245,14 +245,14 @@ class ShaftTable(Described):
             raise InputError(seen, error.given, error.allowed.replace("machine.", "shaft.")) from None
 
     def camshaft(self, driving: Driving | None, unit: str) -> CamShaft:
-        """The shaft with an output that moves in rad or m. Raises ``InputError`` where what moves with it has another unit."""
+        """Return the shaft with an output that moves in rad or m. Raises ``InputError`` where its inertia has another unit."""
         torque = None if driving is None or driving.enforced else driving.net
         speed = driving.speed if driving is not None else self.mean_speed or 0.0
         turning = self.inertia + (0.0 if driving is None else driving.inertia)
         return CamShaft(turning, self.moved(unit), speed, torque)
 
     def moved(self, unit: str) -> float:
-        """What moves with an output that turns (rad) or slides (m). Raises ``InputError``."""
+        """Return the inertia of an output that turns (rad) or slides (m). Raises ``InputError``."""
         given: Mapping[str, tuple[str, float | None]] = {
             "rad": ("output_inertia", self.output_inertia),
             "m": ("output_mass", self.output_mass),
@@ -264,7 +264,7 @@ class ShaftTable(Described):
         return value
 
     def twisting(self) -> ElasticShaft | None:
-        """The camshaft on its spring, None where it is rigid."""
+        """Return the camshaft on its spring, None where it is rigid."""
         e = self.elastic
         if e is None or e.shaft_stiffness is None or e.cam_inertia is None:
             return None
@@ -272,9 +272,9 @@ class ShaftTable(Described):
 
 
 def _check_keys(described: Mapping[str, Any], kinds: Mapping[str, type[OnShaft]], where: str) -> None:
-    """Raises ``InputError`` for a key that a drive or a load of this kind does not have on a camshaft."""
+    """Raise ``InputError`` for a key that a drive or a load of this kind does not have on a camshaft."""
     if "on" in described:
-        raise InputError(f"{where}.on", described["on"], "unknown key: here all act on the camshaft")
+        raise InputError(f"{where}.on", described["on"], "unknown key: all drives and loads act on the camshaft here")
     kind = described.get("kind")
     if isinstance(kind, str) and kind in kinds:
         measured = {"file"} if kind == "table" else set()  # read before the part is built, which has the points

@@ -21,12 +21,12 @@ from wucht.schema import Described, si
 _ORDERS = ("position", "velocity", "acceleration", "jerk")
 _TURN = 2 * math.pi
 _MOST = 60  # harmonics
-_MORE = 3  # times the harmonics, at most, that are tried where so many are too few
+_MORE = 3  # times the harmonics, at most, that are tried where these are too few
 _FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"
 
 
 class RestrictionTable(Described):
-    """What a derivative by the cam angle must be at an angle, on an arc, or (without either) everywhere."""
+    """Restriction of a derivative by the cam angle at an angle, on an arc, or (without either) everywhere."""
 
     of: Literal["position", "velocity", "acceleration", "jerk"] = Field("position", description="derivative by the cam angle")
     at: float | None = si("rad", "cam angle", default=None, help="cam angle at which it holds")
@@ -44,7 +44,7 @@ class RestrictionTable(Described):
                 yield f"{where}.{key}", given
 
     def band(self, where: str, unit: str, objective: str) -> Band:
-        """As a restriction of the synthesis. Raises ``InputError`` where keys do not fit each other."""
+        """Return it as a restriction of the synthesis. Raises ``InputError`` where keys are inconsistent."""
         order = _ORDERS.index(self.of)
         given = {w.rsplit(".", 1)[1]: read_output(unit, q, w, order) for w, q in self.quantities(where)}
         if self.at is not None and self.on is not None:
@@ -160,13 +160,13 @@ class HarmonicTable(LawTable):
             found = _found(count, asked, [objective], None, unit)
         else:
             if self.objective == _FLATTEST and not any(r.widened for r in asked):
-                allowed = "the flattest dwell needs a restriction on an arc that says equals, without a tolerance"
+                allowed = "the flattest dwell needs a restriction on an arc with equals, without a tolerance"
                 raise InputError("law.objective", self.objective, allowed)
             found = _found(count, asked, [], self._weights(count), unit)
         return SeriesMotion(found.law, unit, count, asked)
 
     def _weights(self, count: int) -> np.ndarray | None:
-        """Of the harmonics in what is minimised."""
+        """Return the weights of the harmonics in the objective."""
         if self.objective != _LEAST_SQUARE:
             return None
         plain = np.arange(1, count + 1) ** 2
@@ -189,18 +189,18 @@ class HarmonicTable(LawTable):
 
 
 def _refuse_points_in_dwells(bands: Sequence[Band]) -> None:
-    """Raises ``InputError`` where a precision point lies on an arc that is to be kept as closely as can be elsewhere."""
+    """Raise ``InputError`` where a precision point lies on a widened arc that prescribes another value."""
     for point, arc in itertools.product(bands, bands):
         on = (point.begin - arc.begin) % _TURN <= arc.end - arc.begin
         if point.exact and arc.widened and point.order == arc.order and on and point.low != arc.low:
-            allowed = f"it lies on the arc of {arc.name}, which asks for another value; an arc goes from begin up to end"
+            allowed = f"it lies on the arc of {arc.name}, which prescribes another value; an arc goes from begin up to end"
             raise InputError(point.name, None, allowed)
 
 
 def _found(
     count: int, asked: Sequence[Restriction], objective: Sequence[Restriction], weights: np.ndarray | None, unit: str
 ) -> Synthesis:
-    """The synthesis. Raises ``InputError`` with what must give way where restrictions contradict each other."""
+    """Return the synthesis. Raises ``InputError`` with possible relaxations where restrictions contradict each other."""
     try:
         return synthesise(count, [*asked, *objective], weights)
     except InfeasibleError:
@@ -208,17 +208,17 @@ def _found(
 
 
 def _contradiction(count: int, asked: Sequence[Restriction], unit: str) -> InputError:
-    """What must give way, by how much, and how many harmonics would be enough."""
+    """Return the error that names possible relaxations, their amounts, and a sufficient number of harmonics."""
     ways = ways_out(count, asked)
     shown = [f"{way.restriction.name} alone by {_amount(way, unit)}" for way in ways]
-    gives = f"what may give way: {', or '.join(shown)}" if shown else "more than one of them must give way"
+    gives = f"relax {', or '.join(shown)}" if shown else "more than one of them must be relaxed"
     more = _enough(count, asked)
     enough = f"; {more} harmonics are enough" if more else ""
     return InputError("law.restrictions", None, f"no motion of {count} harmonics satisfies them all; {gives}{enough}")
 
 
 def _enough(count: int, asked: Sequence[Restriction]) -> int | None:
-    """The fewest harmonics that are enough; None where the most that are tried are too few."""
+    """Return the fewest harmonics that are enough; None where the largest number tried is too small."""
     most = min(_MORE * count, _MOST)
     if most <= count or not _feasible(most, asked):
         return None

@@ -32,7 +32,7 @@ class RiseTable(LawTable):
 
     @abstractmethod
     def rise_law(self) -> StandardLaw:
-        """How it rises, from 0 to 1 over an arc of 1. Raises ``InputError``."""
+        """Return the law of the rise, from 0 to 1 over an arc of 1. Raises ``InputError``."""
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
         """See ``LawTable``."""
@@ -67,7 +67,7 @@ class PointsTable(LawTable):
 
     @classmethod
     def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
-        """See ``LawTable``: the points of its file."""
+        """See ``LawTable``: with the points of its file."""
         if "file" not in given:
             return given
         name = given["file"]
@@ -97,13 +97,13 @@ class PointsTable(LawTable):
 
 
 def _line(sentence: str) -> int:
-    """The line of a file that a sentence names."""
+    """Return the line number of a file that a message names, 0 without one."""
     found = re.match(r"line (\d+):", sentence)
     return int(found[1]) if found else 0
 
 
 def _standard(kind: str, name: str, what: str) -> type[LawTable]:
-    """The table of a standard law: its kind in a file, its name there, and what it is."""
+    """Return the table class of a standard law: its kind in a file, its name, and its description."""
     return type(f"{kind} law", (StandardTable,), {"kind": kind, "standard": name, "__doc__": f"Rise, rest and return: {what}."})
 
 

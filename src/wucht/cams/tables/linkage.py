@@ -1,4 +1,4 @@
-"""The table [linkage] of a cam file: what lies between the follower's lever and the output."""
+"""The table [linkage] of a cam file: the linkage between the follower's lever and the output."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class LinkageTable(Described):
 
     @classmethod
     def where(cls) -> str:
-        """In a file."""
+        """Return its path in a file."""
         return "linkage"
 
     @abstractmethod
     def linkage(self) -> Linkage:
-        """The linkage. Raises ``InputError`` where it does not close."""
+        """Return the linkage. Raises ``InputError`` where it does not close."""
 
 
 class FourBarTable(LinkageTable):

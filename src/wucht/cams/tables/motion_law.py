@@ -1,4 +1,4 @@
-"""What a table [law] of a cam file makes: the motion of the output, which turns (rad) or slides (m)."""
+"""The law of a table [law] of a cam file: the motion of the output, which turns (rad) or slides (m)."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from wucht.schema import Described, Unit, article, read_quantity
 UNITS = {"rad": Unit("rad", "angle of the output"), "m": Unit("m", "displacement of the output")}
 _BY_ANGLE = re.compile(r"\s*/\s*rad(?:\s*\^\s*([23]))?\s*$")  # a derivative by the cam angle: mm/rad^2
 _OF_SEVERAL = re.compile(r"[^\W\d_]\s*[*/^\s]\s*[^\W_]")  # units: an angle has none, so that deg/rad^3 would be one too
-_NARROW, _LOOKED_AT = 0.1, 3600  # share of the stroke; cam angles at which that is looked for
-_SAMPLES = 4096  # of a law that has no end of harmonics
-_FINE = 2000  # of an arc, on which the values of such a law are looked at
+_NARROW, _LOOKED_AT = 0.1, 3600  # share of the stroke; cam angles at which that is sampled
+_SAMPLES = 4096  # of a law with infinitely many harmonics
+_FINE = 2000  # of an arc, on which the values of such a law are sampled
 
 
 def _is_position(given: Any) -> Any:
@@ -38,7 +38,7 @@ Position = Annotated[float | str, BeforeValidator(_is_position)]  # in the unit 
 
 
 def read_output(unit: str, given: float | str, where: str, order: int = 0) -> float:
-    """A position of the output in rad or m, or its derivative of an order by the cam angle, which its unit may say or not.
+    """Return a position of the output in rad or m, or a derivative by the cam angle, whose unit may omit that angle.
 
     Raises ``InputError``.
     """
@@ -51,7 +51,7 @@ def read_output(unit: str, given: float | str, where: str, order: int = 0) -> fl
 
 
 def _without_angle(given: float | str) -> tuple[float | str, int]:
-    """A quantity without the cam angle that it is divided by, and by which power of it."""
+    """Return a quantity without the cam angle that it is divided by, and the power of that angle."""
     found = _BY_ANGLE.search(given) if isinstance(given, str) else None
     if found is None or not isinstance(given, str):
         return given, 0
@@ -59,9 +59,9 @@ def _without_angle(given: float | str) -> tuple[float | str, int]:
 
 
 def unit_of_output(given: Iterable[tuple[str, float | str]], known: str | None) -> str:
-    """``rad`` or ``m``. given: quantities and where they stand. known: what the linkage or the follower says.
+    """Return ``rad`` or ``m``. quantities: with their locations. stated_unit: of the linkage or the follower.
 
-    Raises ``InputError`` where a quantity has another unit. Bare numbers are in rad where nothing says so.
+    Raises ``InputError`` where a quantity has another unit. Bare numbers are in rad where no unit is stated.
     """
     unit = known
     for where, one in given:
@@ -81,8 +81,8 @@ def _reads(unit: Unit, given: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class MotionLaw:
-    """law: over the cam angle, in ``unit`` (rad or m). count: of its harmonics, None where it has no end of them. restrictions:
-    what it was asked."""
+    """law: over the cam angle, in ``unit`` (rad or m). count: of its harmonics, None where they are infinitely many.
+    restrictions: of its synthesis."""
 
     law: Law
     unit: str
@@ -91,14 +91,14 @@ class MotionLaw:
 
     @property
     def dwells(self) -> tuple[Band, ...]:
-        """Those restrictions that ask the output to rest on an arc: in a band that is narrow against the stroke."""
+        """Restrictions by which the output rests on an arc: those whose band is narrow against the stroke."""
         narrow = _NARROW * float(np.ptp(self.law(even_angles(_LOOKED_AT))))
         arcs = [r for r in self.restrictions if isinstance(r, Band) and r.order == 0 and r.end > r.begin]
         return tuple(band for band in arcs if band.high - band.low <= narrow)
 
     @property
     def series(self) -> Harmonics | None:
-        """The law where it is a series of harmonics, None where it has no end of them."""
+        """The law where it is a finite series of harmonics, else None."""
         return None
 
     @property
@@ -112,21 +112,21 @@ class MotionLaw:
         return None
 
     def harmonics(self) -> Harmonics:
-        """The law as a series, of a law that has no end of them as many as can be told."""
+        """Return the law as a series; of a law with infinitely many harmonics as many as the samples resolve."""
         return self.series or Harmonics.sampled(self.law(even_angles(_SAMPLES)))
 
     def bounds(self, order: int) -> tuple[float, float]:
-        """The least and the greatest value of a derivative, between the angles that are looked at too."""
+        """Return the least and the greatest value of a derivative, refined between the sampled angles."""
         lowest, highest = valleys(lambda phi: self.law(phi, order))[1], valleys(lambda phi: -self.law(phi, order))[1]
         return float(lowest.min()), float(-highest.min())
 
     def peak(self, order: int) -> float:
-        """The largest magnitude of a derivative of an order from 1 to 3."""
+        """Return the largest magnitude of a derivative of an order from 1 to 3."""
         least, greatest = self.bounds(order)
         return max(-least, greatest)
 
     def extremes(self, band: Band) -> tuple[float, float]:
-        """The least and the greatest value of what a restriction is about, on its arc."""
+        """Return the least and the greatest value of the restricted derivative, on the arc of the restriction."""
         at = np.linspace(band.begin, band.end, _FINE if band.end > band.begin else 1)
         values = self.law(at, band.order)
         return float(values.min()), float(values.max())
@@ -178,12 +178,12 @@ class LawTable(Described, ABC):
 
     @classmethod
     def where(cls) -> str:
-        """In a file."""
+        """Return its path in a file."""
         return "law"
 
     @classmethod
     def completed(cls, given: Mapping[str, Any], folder: Path, unit: str | None) -> Mapping[str, Any]:
-        """The keys of a file with what they name in a folder. unit: of the output, None where only the table can say it.
+        """Return the entries of the table with the content of its files. unit: of the output, None where unknown.
 
         Raises ``InputError``.
         """
@@ -191,13 +191,13 @@ class LawTable(Described, ABC):
 
     @property
     def stated_unit(self) -> str | None:
-        """The unit of the output, if the table itself says it."""
+        """The unit of the output, if the table itself states it."""
         return None
 
     def quantities(self) -> Iterator[tuple[str, float | str]]:
-        """Where each position stands, and what is given there."""
+        """Yield the location and the value of each position."""
         yield from ()
 
     @abstractmethod
     def motion(self, unit: str) -> MotionLaw:
-        """The law of an output whose positions are in rad or m. Raises ``InputError``."""
+        """Return the law of an output whose positions are in rad or m. Raises ``InputError``."""

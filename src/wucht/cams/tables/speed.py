@@ -1,4 +1,4 @@
-"""The table [speed] of a cam file: how unevenly the camshaft turns, by coefficients or by a record."""
+"""The table [speed] of a cam file: the uneven speed of the camshaft, by coefficients or by a record."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SpeedTable(Described):
 
     @classmethod
     def where(cls) -> str:
-        """In a file."""
+        """Return its path in a file."""
         return "speed"
 
     @model_validator(mode="after")
@@ -65,9 +65,9 @@ class SpeedTable(Described):
     def _of_a_record(self) -> Self:
         for key in ("unit", "scale", "hysteresis"):
             if self.file is None and getattr(self, key) is not None:
-                raise ValueError(key, "this is said of a record: give its file, too")
+                raise ValueError(key, "applies to a record: give its file, too")
         if self.scale == 0:
-            raise ValueError("scale", "must not be 0: all numbers would be")
+            raise ValueError("scale", "must not be 0: all numbers would be 0")
         if self.orders:
             try:
                 checked_orders(self.orders)
@@ -76,7 +76,7 @@ class SpeedTable(Described):
         return self
 
     def measured(self, folder: Path) -> OrderFit | None:
-        """The orders of the record, None without one. folder: that of the cam file. Raises ``InputError``.
+        """Return the orders of the record, None without one. folder: that of the cam file. Raises ``InputError``.
 
         Their phases count from where the cam stands at its zero: at the index pulse, where a measured angle is zero, else at
         0 s of the record.
@@ -85,12 +85,12 @@ class SpeedTable(Described):
             return None
         signal = self._signal(read_recording(folder / self.file), self.column)
         fit = fit_orders(signal, self.orders)
-        # A speed alone does not say where the cam stands: its zero is then that of the record's clock.
+        # A speed alone does not determine the angle of the cam: its zero is then that of the record's clock.
         told = signal.quantity == "angle" and not len(signal.index)
         return fit.about(fit.time_of_angle()) if told else fit
 
     def _signal(self, recording: Recording, column: str) -> ShaftSignal:
-        """Raises ``InputError``, that of a unit at its key."""
+        """Return the signal of a column. Raises ``InputError``, for a unit at its key."""
         encoder = self.pulses_per_turn, self.index
         try:
             return shaft_signal(recording, column, self.quantity, *encoder, self.unit, self.scale, self.hysteresis)
@@ -100,7 +100,7 @@ class SpeedTable(Described):
             raise InputError("speed.unit", self.unit, error.allowed) from None
 
     def shaft(self, measured: OrderFit | None) -> ShaftMotion:
-        """The motion of the shaft. Raises ``InputError`` where it stands still or turns back, or the mean is not 2 pi/T."""
+        """Return the motion of the shaft. Raises ``InputError`` where it stops or turns back, or the mean is not 2 pi/T."""
         if measured is not None:
             return _turning(measured)
         speed = Harmonics.of(self.mean or 0.0, self.cosine or (), self.sine or ())
@@ -110,11 +110,11 @@ class SpeedTable(Described):
 
 
 def _turning(measured: OrderFit) -> ShaftMotion:
-    """The motion that the orders of a record make. Raises ``InputError`` where the shaft would stand still or turn back."""
+    """Return the motion with the orders of a record. Raises ``InputError`` where the shaft would stand still or turn back."""
     least = measured.speed.bounds[0]
     if not least > 0:
         allowed = (
-            f"with the orders kept the shaft would stand still or turn back: their speed falls to {least:.4g} rad/s, of "
+            f"with these orders the shaft would stand still or turn back: their speed falls to {least:.4g} rad/s, of "
             f"{measured.speed.mean:.4g} rad/s on average; check the unit and the offset of the record, and the orders"
         )
         raise InputError(measured.where, None, allowed)

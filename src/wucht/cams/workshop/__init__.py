@@ -1,1 +1,1 @@
-"""Out to the workshop: lists of points to mill, CAD files and cam tables of controllers, each read back and compared."""
+"""Files for the workshop: lists of points to mill, CAD files and cam tables of controllers, each read back and compared."""

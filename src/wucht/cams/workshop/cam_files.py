@@ -31,12 +31,12 @@ COLUMNS = ("phi", "x", "y", "nx", "ny")
 
 @dataclass(frozen=True)
 class Outline:
-    """A curve of a cam, contour or pitch curve, as the workshop takes it."""
+    """A curve of a cam, contour or pitch curve, as used for the workshop."""
 
     curve: Callable[[np.ndarray, int], np.ndarray]
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """See ``ClosedCurve``."""
+        """See ``CamCurve``."""
         return self.curve(np.asarray(phi, float), order)
 
 
@@ -44,10 +44,10 @@ class Outline:
 class WorkshopFile:
     """A file that was written and read again.
 
-    what: it holds. count: of points or rows; of a drawing of all lines. deviation: how far what was read lies at most from what
-    it stands for: chords and splines from their curve in m, an interpolated table from its law in m or rad (``unit``).
-    allowed: what it may be. motion: of a contour's list, by how much a follower on a smooth spline through what was read leaves
-    its law, in the unit of the law; large where gaps between the points are so uneven that a spline swings. None of others.
+    content: of the file. count: of points or rows; of a drawing of all lines. deviation: the largest one of the values read
+    from their reference: chords and splines from their curve in m, an interpolated table from its law in m or rad (``unit``).
+    allowed_deviation: its limit. motion: of a contour's list, the deviation from its law of a follower on a smooth spline
+    through the points read, in the unit of the law; large where uneven points make the spline oscillate. None of others.
     """
 
     path: Path
@@ -71,12 +71,12 @@ def write_cam_files(
     separator: Separator = Separator.BLANK,
     drawing: bool | None = None,
 ) -> list[WorkshopFile]:
-    """NAME.txt with the contour's points, NAME-pitch.txt with those of the roller's centre, and NAME.dxf.
+    """Write NAME.txt with the contour's points, NAME-pitch.txt with those of the roller's centre, and NAME.dxf.
 
-    points: of the contour, which keep the chord tolerance in m; those of the roller's centre are found with it, none farther
-    apart than spacing in m. decimals: of their coordinates in mm. drawing: whether there is
-    a DXF file; None: where the extra [cad] is installed. Raises ``RunError`` where a file cannot be written, or does not hold
-    what was to be in it, and ``InputError`` as its parts do.
+    points: of the contour, which keep the chord tolerance in m; those of the roller's centre keep it too, none farther
+    apart than spacing in m. decimals: of their coordinates in mm. drawing: True for
+    a DXF file; None: where the extra [cad] is installed. Raises ``RunError`` where a file cannot be written, or deviates from
+    its content, and ``InputError`` as its parts do.
     """
     contour = Outline(cam.contour)
     listed = [_list(folder / f"{name}.txt", f"contour of the {name}", contour, points, tolerance, decimals, separator, cam)]
@@ -118,7 +118,7 @@ def _list(
 
 
 def _motion(cam: Cam, position: np.ndarray) -> float:
-    """By how much a follower on a spline through the points leaves the law; infinite where it does not touch it nearby."""
+    """Return the deviation of a follower on a spline through the points from the law; infinite where it loses contact."""
     phi = even_angles(_ANGLES)
     wanted = cam.law(phi)
     try:
@@ -138,7 +138,7 @@ def write_law_files(
     forms: Iterable[Form] = (Form.CSV, Form.TWINCAT, Form.CODESYS),
     decimals: int = 6,
 ) -> list[WorkshopFile]:
-    """The law as cam tables of controllers, for an electronic cam that makes the same motion.
+    """Write the law as cam tables of controllers, for an electronic cam that makes the same motion.
 
     unit: of the law, rad or m; tolerance: in it. decimals: of the slave in deg or mm. Raises as ``write_cam_files``.
     """
@@ -155,6 +155,6 @@ def write_law_files(
 
 def _kept(file: WorkshopFile) -> WorkshopFile:
     if file.deviation > file.allowed * (1 + _EXACT) + 1e-15:
-        held = f"it lies {file.deviation:.4g} {file.unit} from what it stands for, {file.allowed:.4g} {file.unit} are allowed"
-        raise RunError(f"{file.path} was written, but read again {held}", code="deviates")
+        held = f"it deviates by {file.deviation:.4g} {file.unit} from its reference, {file.allowed:.4g} {file.unit} are allowed"
+        raise RunError(f"{file.path} was written, but read back {held}", code="deviates")
     return file

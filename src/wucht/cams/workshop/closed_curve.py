@@ -1,4 +1,4 @@
-"""A closed curve in the plane: sense, outward normals, curvature, how far points lie from it; a cubic spline through points."""
+"""A closed curve in the plane: sense, outward normals, curvature, distances of points; a cubic spline through points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TURN = 2 * math.pi
 _FEWEST, _MOST = 8, 65536
 _BETWEEN = 16
 _SAMPLES = 2048
-_SHARE = 0.99  # of the tolerance is used: the error is only looked at between 16 parts of each piece
+_SHARE = 0.99  # of the tolerance is used: the error is only evaluated between 16 parts of each piece
 
 
 class ClosedCurve(Protocol):
@@ -31,7 +31,7 @@ class ClosedCurve(Protocol):
 
 
 def speed(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
-    """|c'| at parameters of any shape, in m/rad. Raises ``InputError`` where the curve stands still: at a cusp."""
+    """Return |c'| at parameters of any shape, in m/rad. Raises ``InputError`` where it vanishes: at a cusp."""
     absolute = np.abs(finite("curve", curve(phi, 1)))
     if not absolute.min() > _STANDING * absolute.max():
         raise InputError(
@@ -41,24 +41,24 @@ def speed(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
 
 
 def clockwise(curve: ClosedCurve) -> bool:
-    """Whether the curve runs clockwise: whether the area on its left is negative."""
+    """Return True if the curve runs clockwise: if the area on its left is negative."""
     phi = even_angles(GRID)
     return bool(np.sum((curve(phi).conj() * curve(phi, 1)).imag) < 0)
 
 
 def outward_normals(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
-    """Unit normals, complex, away from the area that the curve encloses, at parameters of any shape."""
+    """Return unit normals, complex, away from the area that the curve encloses, at parameters of any shape."""
     right = -1j * curve(phi, 1) / speed(curve, phi)
     return np.asarray(-right if clockwise(curve) else right)
 
 
 def curvature(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
-    """|Im(conj(c') c'')|/|c'|^3 in 1/m at parameters of any shape."""
+    """Return |Im(conj(c') c'')|/|c'|^3 in 1/m at parameters of any shape."""
     return np.asarray(np.abs((curve(phi, 1).conj() * curve(phi, 2)).imag) / speed(curve, phi) ** 3)
 
 
 def distances(curve: ClosedCurve, position: np.ndarray) -> np.ndarray:
-    """The distances (N,) in m of points (N,), complex, from the curve.
+    """Return the distances (N,) in m of points (N,), complex, from the curve.
 
     From the nearest of many samples Newton's method leads to the foot of the normal, Re(conj(c') (c - p)) = 0.
     """
@@ -73,7 +73,7 @@ def distances(curve: ClosedCurve, position: np.ndarray) -> np.ndarray:
     for _ in range(_NEWTON):
         off, along = curve(phi) - position, curve(phi, 1)
         slope = np.abs(along) ** 2 + (curve(phi, 2).conj() * off).real
-        # Where the foot is no nearest point, the step is cut to the distance of the samples and the sample itself remains.
+        # Where the foot is not a nearest point, the step is cut to the distance of the samples and the sample itself remains.
         step = np.divide((along.conj() * off).real, slope, out=np.zeros(len(phi)), where=slope > 0)
         phi = phi - np.clip(step, -_TURN / GRID, _TURN / GRID)
     return np.asarray(np.minimum(nearest, np.abs(curve(phi) - position)))
@@ -101,12 +101,12 @@ class PlaneSpline:
 
     @property
     def pieces(self) -> int:
-        """Of how many cubics it consists."""
+        """Number of cubics of which it consists."""
         return len(self.control) - self.degree
 
 
 def spline_through(curve: ClosedCurve, count: int) -> PlaneSpline:
-    """The periodic cubic spline through so many points of the curve, evenly spaced in phi: curvature and all are continuous."""
+    """Return the periodic cubic spline through so many even points of the curve in phi: its curvature is continuous."""
     from scipy.interpolate import CubicSpline, make_interp_spline
 
     phi = np.append(even_angles(count), _TURN)
@@ -121,14 +121,14 @@ def spline_through(curve: ClosedCurve, count: int) -> PlaneSpline:
 
 
 def spline_deviation(curve: ClosedCurve, spline: PlaneSpline) -> float:
-    """The largest distance in m of the two at equal phi: never less than how far the spline lies from the curve."""
+    """Return the largest distance in m of the two at equal phi: never less than the distance of the spline from the curve."""
     count = max(_SAMPLES, _BETWEEN * spline.pieces)
     phi = even_angles(count)
     return float(np.abs(spline(phi) - curve(phi)).max())
 
 
 def fitted_spline(curve: ClosedCurve, tolerance: float) -> PlaneSpline:
-    """The spline through about as few points as keep it within the tolerance, in m, of the curve. Raises ``InputError``."""
+    """Return the spline through about as few points as keep it within the tolerance, in m. Raises ``InputError``."""
     positive("tolerance", tolerance)
     count = _FEWEST
     while count <= _MOST:

@@ -1,6 +1,6 @@
 """CAD files: DXF with the contour as a closed polyline and as a smooth spline, the pitch curve, the base circle and the roller.
 
-A polyline is what the oldest CAM program mills, a spline what a modern one mills best: they stand on layers of their own, and
+A polyline is what the oldest CAM program mills, a spline what a modern one mills best: they are on separate layers, and
 the workshop takes the one or the other.
 """
 
@@ -34,7 +34,7 @@ _SAMPLES = 4096
 
 @dataclass(frozen=True)
 class Drawn:
-    """What stands on a layer: of how many points or pieces, and how far, in m, it lies at most from the curve it stands for."""
+    """A line on a layer: its number of points or pieces, and its largest distance, in m, from its curve."""
 
     layer: str
     count: int
@@ -51,7 +51,7 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What was read, by layer, in m. polylines: the corners (N,), complex, each once."""
+    """Content read from a file, by layer, in m. polylines: the corners (N,), complex, each once."""
 
     polylines: dict[str, np.ndarray]
     splines: dict[str, PlaneSpline]
@@ -73,7 +73,7 @@ def write_dxf(
     base_radius: float | None = None,
     roller_radius: float | None = None,
 ) -> tuple[Drawn, ...]:
-    """Draw a cam about the origin, in millimetres, and say how far each line lies from its curve.
+    """Draw a cam about the origin, in millimetres, and return the deviation of each line from its curve.
 
     tolerance: in m, kept by the chords of the polylines and by the splines. base_radius, roller_radius: in m; the roller is
     drawn where it is at phi = 0, on the pitch curve. Raises ``InputError``, and ``RunError`` where nothing can be written.
@@ -116,7 +116,7 @@ def _circles(pitch: ClosedCurve | None, base: float | None, roller: float | None
         yield BASE_CIRCLE, Circle(0j, positive("base_radius", base))
     if roller is not None:
         if pitch is None:
-            raise InputError("roller_radius", roller, "the roller stands on the pitch curve: give that too")
+            raise InputError("roller_radius", roller, "the roller is drawn on the pitch curve: give that too")
         yield ROLLER, Circle(complex(finite("pitch", pitch(np.zeros(1)))[0]), positive("roller_radius", roller))
 
 
@@ -128,7 +128,7 @@ def read_dxf(path: Path) -> Drawing:
     try:
         document = ezdxf.readfile(path)
     except (OSError, UnicodeDecodeError, ezdxf.DXFError) as error:
-        raise InputError(str(path), None, f"it is no DXF file that can be read: {error}", code="unreadable") from None
+        raise InputError(str(path), None, f"it is not a readable DXF file: {error}", code="unreadable") from None
     if document.header.get("$INSUNITS", 0) != _MILLIMETRES:
         raise InputError(str(path), None, "its header must state millimetres ($INSUNITS = 4)", code="unit")
     drawing = Drawing({}, {}, {})
@@ -150,7 +150,7 @@ def _over_a_turn(spline: Any) -> bool:
 
 
 def read_back(path: Path, contour: ClosedCurve, pitch: ClosedCurve | None = None) -> tuple[Drawn, ...]:
-    """Read a file that ``write_dxf`` wrote, and measure how far its lines lie from the curves. Raises ``InputError``."""
+    """Read a file that ``write_dxf`` wrote, and measure the deviations of its lines from the curves. Raises ``InputError``."""
     drawing = read_dxf(path)
     found: list[Drawn] = []
     for polyline, spline, curve in ((CONTOUR, CONTOUR_SPLINE, contour), (PITCH, PITCH_SPLINE, pitch)):

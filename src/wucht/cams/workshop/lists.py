@@ -1,4 +1,4 @@
-"""Lists of points for the workshop: text, a line a point, in millimetres, with a header that says what it is."""
+"""Lists of points for the workshop: text, a line a point, in millimetres, with a descriptive header."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNITS = {"phi": "deg", "x": "mm", "y": "mm", "nx": "1", "ny": "1"}
 
 
 class Separator(Enum):
-    """What stands between the numbers of a line."""
+    """Text between the numbers of a line."""
 
     BLANK = " "
     SEMICOLON = ";"
@@ -32,7 +32,7 @@ class Separator(Enum):
 
 @dataclass(frozen=True, eq=False)
 class ReadList:
-    """A list as it was read. position (N,): complex, in m. phi (N,): rad, normal (N,): complex; None where the list has none.
+    """A list read from a file. position (N,): complex, in m. phi (N,): rad, normal (N,): complex; None where the list has none.
 
     tolerance: the chord tolerance in m that the header states, or None. decimals: of the coordinates in mm.
     """
@@ -55,11 +55,11 @@ def write_list(
     decimals: int = 4,
     tolerance: float | None = None,
 ) -> Path:
-    """Write points, each once: the list is closed, and the first does not come again.
+    """Write points, each once: the list is closed, and the first is not repeated.
 
-    what: "contour", "pitch curve" ... in a line of ASCII. columns: of phi (deg), x, y (mm), nx, ny (outward unit normal), x and
-    y among them. decimals: of x and y in mm; phi and the normals have three more. tolerance: the chord tolerance in m that the
-    points keep, for the header. Raises ``InputError``, and ``RunError`` where nothing can be written.
+    content: "contour", "pitch curve" ... in a line of ASCII. columns: of phi (deg), x, y (mm), nx, ny (outward unit normal),
+    x and y among them. decimals: of x and y in mm; phi and the normals have three more. tolerance: the chord tolerance in m of
+    the points, for the header. Raises ``InputError``, and ``RunError`` where nothing can be written.
     """
     places("decimals", decimals)
     _check(points, what, columns)
@@ -118,12 +118,12 @@ def read_list(path: Path) -> ReadList:
         count, decimals = int(header["points"].split(",")[0]), int(header["decimals"])
         tolerance = None if header["chord tolerance"] == "not stated" else float(header["chord tolerance"].split()[0]) / 1e3
     except ValueError as error:
-        raise InputError(str(path), None, f"it holds what is no number: {error}", code="no-number") from None
+        raise InputError(str(path), None, f"it holds a value that is not a number: {error}", code="no-number") from None
     if len(table) != len(rows) or len(rows) != count or not np.isfinite(table).all():
         raise InputError(
             str(path),
             None,
-            f"its header announces {count} points with {len(columns)} numbers each, and they are not all there",
+            f"its header announces {count} points with {len(columns)} numbers each, but some are missing",
             code="count",
         )
     return _as_read(header, dict(zip(columns, table.T, strict=True)), tolerance, decimals)

@@ -3,7 +3,7 @@
 The terms are those of PLCopen (Motion Control): the table is handed to MC_CamTableSelect, with Periodic := TRUE, and MC_CamIn
 couples the slave axis to the master axis by it. Between the rows the controller interpolates; a table is judged by the outcome.
 
-What is documented, and what is not:
+Documented, and not documented:
 
 TwinCAT 3 (TF5050, library Tc2_MC2_Camming): MC_CamTableSelect takes an MC_CAM_REF that points to an array in the PLC, either a
 position table of two columns of LREAL, master and slave, ascending, or a motion function, an array of MC_MotionFunctionPoint.
@@ -13,15 +13,15 @@ tables. Sources: infosys.beckhoff.com/content/1033/tf5050_tc3_nc_camming, pages 
 (MC_InterpolationType); in /content/1031/ 1003758987 (MC_MotionPointType), 1003794571 (MC_TableType). Left open there: the units
 of SlaveVelo and SlaveAcc. The page calls them Y' and Y'' over X, and so they are written: derivatives by the master position.
 Left open too is RelIndexNextPoint of the last point: 1 here, as "usually" (others write 0). What the Cam Design Tool (TE1510)
-imports was not to be found in public documents and is not claimed.
+imports is not publicly documented and is not claimed.
 
 CODESYS SoftMotion: the type XYVA of MC_CAM_REF, an array of SMC_CAMXYVA with polynomials of fifth degree between, is written
 in the layout that the cam editor's "Display Generated Code" shows. Sources: content.helpme-codesys.com/en/CODESYS SoftMotion,
 _sm_cmd_cam_display_generated_code; libs/SM3_Basic/Current, MC_CAM_REF and SMC_CAM_TYPE; derivatives by the master position:
 SMC_CamTableEvaluate and the default cam, V = 1 from (120, 120) to (240, 240). The ASCII table (TXT) is read by "Read Cam Data
 from ASCII Table" as X/Y values at equal distances of X; the page (_sm_cmd_cam_read_data_from_ascii_table) does not say what
-separates them: a blank here. It says that the editor lays polynomials of fifth degree through them; a deviation reckoned for
-straight lines holds only where the table is used as it is. The layout of .CAM files is not published; none is written.
+separates them: a blank here. The editor lays polynomials of fifth degree through them; a deviation computed for straight
+lines holds only where the table is used without them. The layout of .CAM files is not published; none is written.
 
 CSV is ours: master;slave, and velocity;acceleration by the degree of the master, under a line of names.
 """
@@ -68,12 +68,12 @@ class Unit(Enum):
 
     @property
     def per_si(self) -> float:
-        """How many of it are one m, or one rad."""
+        """Number of these units in one m, or one rad."""
         return 1e3 if self is Unit.MILLIMETRE else 1 / _DEGREE
 
 
 class Interpolation(Enum):
-    """What the controller does between the rows, and to which power of their distance its error falls."""
+    """Interpolation of the controller between the rows, and the power of their distance with which its error falls."""
 
     LINEAR = 2
     QUINTIC = 6  # polynomials of fifth degree from position, velocity and acceleration at both ends
@@ -81,7 +81,7 @@ class Interpolation(Enum):
 
 @dataclass(frozen=True, eq=False)
 class CamTable:
-    """The rows of a cam table, in SI, rounded as in the file. It is a law itself: what the controller makes of it.
+    """The rows of a cam table, in SI, rounded as in the file. It is a law itself: the motion that the controller makes of it.
 
     phi (N,): master positions in rad, from 0 to 2 pi, both included. position (N,): of the slave in m or rad. velocity,
     acceleration (N,): its derivatives by phi; None for linear interpolation. decimals: of the slave position in its unit.
@@ -96,7 +96,7 @@ class CamTable:
 
     @property
     def interpolation(self) -> Interpolation:
-        """Linear where positions are all that is there."""
+        """Linear where there are positions alone."""
         return Interpolation.LINEAR if self.velocity is None else Interpolation.QUINTIC
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
@@ -112,7 +112,7 @@ class CamTable:
         return np.asarray(value / h**order)
 
     def _polynomials(self) -> list[np.ndarray]:
-        """The coefficients (N - 1,) of the powers of the share of each interval, from the constant one on."""
+        """Return the coefficients (N - 1,) of the powers of the share of each interval, from the constant one on."""
         y, h = self.position, np.diff(self.phi)
         if self.velocity is None or self.acceleration is None:
             return [y[:-1], np.diff(y)]
@@ -130,7 +130,7 @@ def cam_table(
     decimals: int = 6,
     most: int = MOST_ROWS,
 ) -> CamTable:
-    """The table of about as few rows as keep the interpolated, rounded motion within the tolerance of the law.
+    """Return the table of about as few rows as keep the interpolated, rounded motion within the tolerance of the law.
 
     tolerance: in m or rad, as the law. decimals: of the slave position in its unit, mm or deg; the velocity has three more, the
     acceleration five. most: the number of rows that the controller takes. Raises ``InputError``.
@@ -157,7 +157,7 @@ def cam_table(
 
 
 def largest_deviation(table: CamTable, law: Law, order: int = 0) -> float:
-    """How far the interpolated table is from the law, or its derivative from the law's: the largest, in SI."""
+    """Return the largest deviation of the interpolated table from the law, or of their derivatives, in SI."""
     parts = max(_BETWEEN, math.ceil(_SAMPLES / (len(table.phi) - 1)))
     shares = np.arange(parts) / parts
     phi = (table.phi[:-1, None] + np.diff(table.phi)[:, None] * shares).ravel()
@@ -168,12 +168,12 @@ def _check_closed(law: Law) -> None:
     values = finite("law", law(np.linspace(0, _TURN, _SAMPLES + 1)))
     if abs(values[-1] - values[0]) > _CLOSED * max(float(np.abs(values).max()), float(np.ptp(values))):
         raise InputError(
-            "law", None, "it must come back after a turn: a lift at each turn is no periodic cam table", code="not-periodic"
+            "law", None, "it must close after a turn: a lift at each turn is not a periodic cam table", code="not-periodic"
         )
 
 
 def _even_steps(most: int) -> list[int]:
-    """The numbers of intervals of which each is a whole multiple of the last decimal of the master."""
+    """Return the numbers of intervals whose length is a whole multiple of the last decimal of the master."""
     whole = 360 * 10**MASTER_DECIMALS
     return [n for n in range(_FEWEST, min(most, MOST_ROWS)) if whole % n == 0]
 
@@ -193,7 +193,7 @@ def _rounded(law: Law, unit: Unit, n: int, interpolation: Interpolation, decimal
 
 
 class Form(Enum):
-    """Of which program the file is."""
+    """Program that reads the file."""
 
     CSV = "csv"
     TWINCAT = "twincat"
@@ -218,7 +218,7 @@ def write_cam_table(path: Path, table: CamTable, form: Form, name: str = "Cam") 
 
 
 def _columns(table: CamTable) -> list[tuple[str, ...]]:
-    """The rows as texts: master, slave, and velocity and acceleration where there are any, by the degree."""
+    """Return the rows as texts: master, slave, and velocity and acceleration where there are any, by the degree."""
     per_si = table.unit.per_si
     columns = [decimal(table.phi / _DEGREE, MASTER_DECIMALS), decimal(table.position * per_si, table.decimals)]
     if table.velocity is not None and table.acceleration is not None:
@@ -294,14 +294,14 @@ def read_cam_table(path: Path, form: Form, unit: Unit) -> CamTable:
         raise InputError(str(path), None, f"its slave is in {stated.group(1)}, not in {unit.value}", code="unit")
     rows, announced = _rows(text, form), re.search(r"ARRAY\[([0-9]+)\.\.([0-9]+)", text)
     if announced and len(rows) != int(announced.group(2)) - int(announced.group(1)) + 1:
-        sentence = f"it announces an array of another length than its {len(rows)} rows that can be read"
+        sentence = f"it declares an array of another length than its {len(rows)} rows that can be read"
         raise InputError(str(path), None, sentence, code="count")
     if len(rows) < 3 or len({len(row) for row in rows}) != 1 or len(rows[0]) not in (2, 4):
         raise InputError(str(path), None, f"there is no cam table of the form {form.value} in it", code="no-table")
     try:
         values = np.array([[float(v) for v in row] for row in rows]).T
     except ValueError as error:
-        raise InputError(str(path), None, f"it holds what is no number: {error}", code="no-number") from None
+        raise InputError(str(path), None, f"it holds a value that is not a number: {error}", code="no-number") from None
     _check_rows(path, values)
     derivatives = [column / (unit.per_si * _DEGREE**order) for order, column in enumerate(values[2:], 1)] or [None, None]
     decimals = max(len(row[1].partition(".")[2]) for row in rows)
@@ -326,4 +326,4 @@ def _check_rows(path: Path, values: np.ndarray) -> None:
     if not (np.diff(master) > 0).all() or abs(master[0]) > _WHOLE or abs(master[-1] - 360) > _WHOLE:
         raise InputError(str(path), None, "its master positions must rise from 0 to 360 deg", code="not-increasing")
     if slave[0] != slave[-1]:
-        raise InputError(str(path), None, "its slave must come back to where it was after a turn", code="not-closed")
+        raise InputError(str(path), None, "its slave must return to its position after a turn", code="not-closed")

@@ -1,4 +1,4 @@
-"""Points of a closed curve to mill: as a chord tolerance demands, or evenly spaced; and whether they are rounded finely."""
+"""Points of a closed curve to mill: by a chord tolerance, or evenly spaced; and a check of their rounding."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
 
 FEWEST = 3
-_BETWEEN = 16  # parts of each chord between which the curve is looked at; the middle is one
+_BETWEEN = 16  # parts of each chord between which the curve is sampled; the middle is one
 _SAMPLES = 2048  # of the turn, at least, however few the chords are
-_SHARE = 0.99  # of the tolerance is used: between the samples looked at lie at most 0.4 % more of a parabola's height
+_SHARE = 0.99  # of the tolerance is used: between the samples lie at most 0.4 % more of a parabola's height
 _FLATTEST = 0.02  # of the mean density of points: so many even where the curve is straight
 _MOST = 2_000_000
 _TURN = 2 * math.pi
@@ -41,20 +41,20 @@ class PointList:
 
 
 def points_at(curve: ClosedCurve, phi: np.ndarray) -> PointList:
-    """The points of the curve at parameters (N,)."""
+    """Return the points of the curve at parameters (N,)."""
     return PointList(phi, finite("curve", curve(phi)), outward_normals(curve, phi))
 
 
 def even_points(curve: ClosedCurve, count: int) -> PointList:
-    """Points evenly spaced in the parameter, 3 or more. Raises ``InputError``."""
+    """Return points evenly spaced in the parameter, 3 or more. Raises ``InputError``."""
     return points_at(curve, even_angles(at_least("count", count, FEWEST)))
 
 
 def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf, least: int = FEWEST) -> PointList:
-    """Points so dense that no chord between neighbours deviates from the curve by more than the tolerance.
+    """Return points so dense that no chord between neighbours deviates from the curve by more than the tolerance.
 
-    tolerance: in m. spacing: the longest chord that is allowed, in m. least: the number of points that there must be.
-    The density comes from the sagitta h^2 kappa/8 of a chord h; the chords themselves are then looked at, between the points
+    tolerance: in m. spacing: the longest permitted chord, in m. least: the least number of points.
+    The density comes from the sagitta h^2 kappa/8 of a chord h; the chords themselves are then checked, between the points
     too, and all are made denser where one deviates too far. Raises ``InputError``.
     """
     positive("tolerance", tolerance)
@@ -79,14 +79,14 @@ def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf
 
 
 def _density(curve: ClosedCurve, phi: np.ndarray, tolerance: float, spacing: float) -> np.ndarray:
-    """Points a radian at parameters (M,): of chords h = sqrt(8 tolerance/kappa), none longer than ``spacing``."""
+    """Return points a radian at parameters (M,): of chords h = sqrt(8 tolerance/kappa), none longer than ``spacing``."""
     finite("curve", curve(phi, 2))
     density = speed(curve, phi) * np.maximum(np.sqrt(curvature(curve, phi) / (8 * tolerance)), 1 / spacing)
     return np.asarray(np.maximum(density, _FLATTEST * density.mean()))
 
 
 def chord_deviation(curve: ClosedCurve, phi: np.ndarray) -> float:
-    """The largest distance in m between the curve and the closed polygon of its points at rising parameters (N,)."""
+    """Return the largest distance in m between the curve and the closed polygon of its points at rising parameters (N,)."""
     parts = max(_BETWEEN, math.ceil(_SAMPLES / len(phi)))
     ends = np.append(phi, phi[0] + _TURN)
     shares = np.arange(1, parts) / parts
@@ -96,14 +96,14 @@ def chord_deviation(curve: ClosedCurve, phi: np.ndarray) -> float:
 
 
 def _from_chords(position: np.ndarray, start: np.ndarray, chord: np.ndarray) -> np.ndarray:
-    """The distances of points (N, M) from chords (N, 1), each from its own."""
+    """Return the distances of points (N, M) from their chords (N, 1)."""
     length = np.maximum(np.abs(chord) ** 2, np.finfo(float).tiny)
     share = np.clip(((position - start) * chord.conj()).real / length, 0.0, 1.0)
     return np.asarray(np.abs(position - start - share * chord))
 
 
 def rounding_warning(curve: ClosedCurve, points: PointList, rounding: float) -> str | None:
-    """A sentence where rounding spoils the direction of the contour, or None.
+    """Return a warning where rounding spoils the direction of the contour, else None.
 
     rounding: the step in m to which coordinates are rounded. A machine that follows the points, or a program that draws a
     spline through them, takes the curvature from second differences h^2/r of the coordinates, h the distance of neighbours and

@@ -1,4 +1,4 @@
-"""Texts for other people's programs."""
+"""Text files for programs of the workshop."""
 
 from __future__ import annotations
 
@@ -19,5 +19,5 @@ def written_text(path: Path, text: str) -> Path:
 
 
 def decimal(values: np.ndarray, decimals: int) -> list[str]:
-    """Numbers (N,) with so many decimals; never a minus before a zero."""
+    """Return numbers (N,) with so many decimals; never a minus before a zero."""
     return [f"{v:.{decimals}f}" for v in np.round(values, decimals) + 0.0]

@@ -22,33 +22,33 @@ GROUP = "wucht.parts"
 
 
 def known(family: Any) -> dict[str, type[Any]]:
-    """All kinds of a family by name, here or in the user's own code. Raises ``InputError`` where two have one name."""
+    """Return all kinds of a family by name, also of the user's packages. Raises ``InputError`` where two have one name."""
     return kinds_of(family, GROUP)
 
 
 def carriers() -> dict[str, type[Support]]:
-    """The carriers by the values of ``directions`` for which a file means them: those of the field's Literal."""
+    """Return the carriers by the values of ``directions`` that select them in a file: those of the field's Literal."""
     every = known(Support).values()
     return {name: cls for cls in every for name in get_args(cls.model_fields["directions"].annotation)}
 
 
 def bodies() -> dict[str, type[Body]]:
-    """The kinds of bodies by name."""
+    """Return the kinds of bodies by name."""
     return known(Body)
 
 
 def drives() -> dict[str, type[Drive]]:
-    """The kinds of drives by name."""
+    """Return the kinds of drives by name."""
     return known(Drive)
 
 
 def loads() -> dict[str, type[Load]]:
-    """The kinds of loads by name."""
+    """Return the kinds of loads by name."""
     return known(Load)
 
 
 def attachments() -> dict[str, type[Attachment]]:
-    """The kinds of attachments by name."""
+    """Return the kinds of attachments by name."""
     return known(Attachment)
 
 
@@ -60,7 +60,7 @@ def _classes() -> dict[str, type[Any]]:
 
 
 def __getattr__(name: str) -> type[Any]:
-    if not name[:1].isupper():  # no class; Python asks for names of its own while the package is imported
+    if not name[:1].isupper():  # no class; Python requests private names while the package is imported
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     classes = _classes()
     if name not in classes:

@@ -1,4 +1,4 @@
-"""What is fastened to the carrier beside its own springs: dampers, stops, a load that lies on it."""
+"""Attachments of the carrier beside its springs: dampers, stops, a load that lies on it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from wucht.machines.parts.base import Frame, Part, si
 
 
 class Attachment(Part):
-    """Something between the carrier and the ground, or on the carrier."""
+    """A part between the carrier and the ground, or on the carrier."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$", title="name", description="name in parameters and results")
     at: tuple[float, float] | None = si("m", "place on the carrier, from its centre of mass", "a", None, help=(
@@ -22,29 +22,29 @@ class Attachment(Part):
         return self.name
 
     def place(self) -> tuple[sp.Expr, sp.Expr] | None:
-        """Where on the carrier it is, None for the centre."""
+        """Return its position on the carrier, None for the centre."""
         return None if self.at is None else (self.symbol("at.x"), self.symbol("at.y"))
 
     def motion(self, frame: Frame) -> tuple[sp.Expr, ...]:
-        """The velocities on which it acts."""
+        """Return the velocities on which it acts."""
         at = frame.axis(self.name)
         return at.vx, at.vy
 
 
 class AlongLine(Attachment):
-    """It acts along a line: on the small displacement of its place on the carrier in the direction of ``angle``."""
+    """An attachment that acts along a line: on the small displacement of its place on the carrier in direction ``angle``."""
 
     angle: float = si("rad", "direction of its line, counter-clockwise from +x", "gamma")
 
     def along(self, frame: Frame) -> tuple[sp.Expr, sp.Expr]:
-        """Displacement and velocity of its place on the carrier along the line."""
+        """Return displacement and velocity of its place on the carrier along the line."""
         at, gamma = frame.axis(self.name), self.symbol("angle")
         return at.x * sp.cos(gamma) + at.y * sp.sin(gamma), at.vx * sp.cos(gamma) + at.vy * sp.sin(gamma)
 
     def doubts_at(self, rest: float) -> tuple[str, ...]:
-        """Warnings where the carrier, as if it were free of this part, rests with a displacement along the line, in m."""
+        """Return warnings where the carrier, without this part, rests at a displacement along the line, in m."""
         return ()
 
     def motion(self, frame: Frame) -> tuple[sp.Expr, ...]:
-        """The velocity along the line."""
+        """Return the velocity along the line."""
         return (self.along(frame)[1],)

@@ -27,7 +27,7 @@ from wucht.schema import Described
 
 
 class Foundation(Described):
-    """A mass on its own springs and dampers, on which the carrier's springs of one direction stand: 000, end of section 5."""
+    """A mass on springs and dampers, on which the carrier's springs of one direction rest: 000, end of section 5."""
 
     direction: Literal["x", "y"] = Field(title="direction", description="direction in which the foundation moves")
     mass: float = si("kg", "mass", "m_f", gt=0, help="mass of the foundation")
@@ -75,18 +75,18 @@ class Carrier(Support):
         return (*axes, "foundation") if self.foundation else axes
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The displacement of the axis from the place where the springs are free of force, then that of the foundation."""
+        """Return the displacement of the axis from where the springs are free of force, then that of the foundation."""
         if not self.foundation:
             return super().coordinates()
         d = self.foundation.direction
         return (*super().coordinates(), Coordinate.named(f"foundation.{d}", f"foundation.v{d}"))
 
     def standing(self) -> Mapping[str, str]:
-        """The direction that stands on the foundation."""
+        """Return the direction whose springs rest on the foundation."""
         return {"foundation": self.foundation.direction} if self.foundation else {}
 
     def check(self) -> None:
-        """Stiffness and damping are not negative; a pair needs both directions; something must hold the weight."""
+        """Check that stiffness and damping are not negative, that a pair has both directions, and that the weight is held."""
         self.check_motion()
         free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
         if self.stiffness is None and self.frequency is None and free:
@@ -123,7 +123,7 @@ class Carrier(Support):
         return made, f"carrier: {in_words(changed, f'{whole:.6g} kg')}"
 
     def energies(self, frame: Frame) -> Energies:
-        """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it and its own energies."""
+        """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it, and its energies."""
         m, at = self.symbol("mass"), frame.centre
         named = dict(zip(self.labels, self.coordinates(), strict=True))
         base = named.pop("foundation", None)

@@ -14,7 +14,7 @@ SPEED_TORQUE = (Unit("rad/s", "speed"), Unit("N m", "torque"))
 
 
 def _read(given: Any) -> tuple[tuple[float, float], ...]:
-    """Points in SI from ``[[speed, torque], ...]``, numbers or strings with units. Raises ``ValueError`` with a sentence."""
+    """Return points in SI from ``[[speed, torque], ...]``, numbers or strings with units. Raises ``ValueError``."""
     if not is_pairs(given):
         raise ValueError("must be pairs: [[speed, torque], ...]")
     if len(given) < 2:
@@ -31,6 +31,6 @@ Points = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_read), Fiel
 
 
 def curve(name: str, points: tuple[tuple[float, float], ...]) -> Pieces:
-    """The monotone cubic through the points; beyond its ends the torque of the end holds."""
+    """Return the monotone cubic through the points; beyond its ends the torque of the end holds."""
     speeds, torques = zip(*points, strict=True)
     return interpolated(name, speeds, torques, kind="monotone")

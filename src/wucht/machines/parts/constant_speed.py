@@ -1,4 +1,4 @@
-"""The drive that enforces a speed, whatever torque that takes."""
+"""The drive that enforces a speed at any torque."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from wucht.machines.parts.base import Drive, si
 
 
 class ConstantSpeed(Drive):
-    """The body turns with a prescribed constant speed: 000 (19). The torque that this takes is a result."""
+    """The body turns with a prescribed constant speed: 000 (19). The required torque is a result."""
 
     kind = "constant-speed"
 

@@ -11,7 +11,7 @@ from pydantic_core import CoreSchema
 from wucht.machines.parts.base import Drive, si
 from wucht.machines.parts.nameplate import DCNameplate, read_nameplate, required_without
 
-_LINE = ("armature_resistance", "motor_constant", "flux")  # what follows from a nameplate
+_LINE = ("armature_resistance", "motor_constant", "flux")  # the keys that follow from a nameplate
 
 
 class DCSeparate(Drive):
@@ -22,7 +22,7 @@ class DCSeparate(Drive):
 
     kind = "dc-separate"
 
-    nameplate: DCNameplate | None = Field(None, description="what is printed on the motor, from which its constants follow")
+    nameplate: DCNameplate | None = Field(None, description="rated data of the motor, from which its constants follow")
     voltage: float = si("V", "voltage of the armature", "U", help=(
         "voltage of the armature; a negative one reverses the motor; beside a `nameplate` the one with which it is run"
     ))  # fmt: skip
@@ -52,11 +52,11 @@ class DCSeparate(Drive):
         return k * flux * (U - k * flux * speed) / R
 
     def made_of(self) -> tuple[str, ...]:
-        """The line that follows from the nameplate, and how well it meets it."""
+        """Return the line that follows from the nameplate, and its deviations, as a note."""
         plate, line = self.nameplate, (self.motor_constant * self.flux, self.armature_resistance)
         return () if plate is None else (f"{self.path}: {plate.fit_in_words(*line)}",)
 
     def doubts(self) -> tuple[str, ...]:
-        """What the line misses of the nameplate by more than a tenth."""
+        """Return the nameplate values that the line misses by more than a tenth."""
         plate, line = self.nameplate, (self.motor_constant * self.flux, self.armature_resistance)
         return () if plate is None else tuple(f"{self.path}.nameplate: {d}" for d in plate.doubts(*line))

@@ -40,12 +40,12 @@ class EndStop(AlongLine):
     transition_speed: float = si("m/s", "speed of the transition where the motion turns", "v_c", TRANSITION, gt=0)
 
     def check(self) -> None:
-        """One of damping and restitution."""
+        """Check that one of damping and restitution is given."""
         if (self.damping is None) == (self.restitution is None):
             raise ValueError("restitution", "give either damping or restitution (1: nothing is lost)")
 
     def doubts_at(self, rest: float) -> tuple[str, ...]:
-        """A stop that is closed before anything moves."""
+        """Return a warning for a stop that is closed at rest."""
         moved = rest - self.rest
         depth = (moved if self.sides == "one" else abs(moved)) - self.gap
         if depth <= 0:

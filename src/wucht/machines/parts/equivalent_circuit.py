@@ -1,8 +1,8 @@
-"""The equivalent circuit of an induction motor, one phase, in numbers: what it draws and gives; fitted to a nameplate.
+"""The equivalent circuit of an induction motor, one phase, in numbers: its power and torque; fitted to a nameplate.
 
 Rated torque at rated speed and breakdown torque are met exactly: for a resistance R_1 of the stator both give R_2 and X in
 closed form, from T_b = 3 V^2/(2 w_s (R_1 + sqrt(R_1^2 + X^2))) and T_n = 3 V^2 (R_2/s)/(w_s ((R_1 + R_2/s)^2 + X^2)), with
-voltage and impedance as the rotor sees them. With R_1 = 0 that is the formula of M. Kloss, Archiv fuer
+voltage and impedance of the source seen by the rotor. With R_1 = 0 that is the formula of M. Kloss, Archiv fuer
 Elektrotechnik 5 (1916) 59-87.
 R_1 is the one with which the starting torque comes out, as far as the losses allow it; where that is
 not enough, the rotor's bars displace the current: its resistance at standstill does the rest. The reactive power at the rated
@@ -28,15 +28,15 @@ import sympy as sp
 from wucht.machines.parts.nameplate import LARGE, InductionNameplate, missed
 
 _BEND = 0.8  # of the law of deep bars: where the resistance is half way between a direct current and standstill, squared
-_SLIPS = np.geomspace(1e-3, 1.0, 200)  # among which that of the breakdown is looked for
+_SLIPS = np.geomspace(1e-3, 1.0, 200)  # among which the slip of the breakdown is searched
 
 FrequencyT = TypeVar("FrequencyT", float, np.ndarray, sp.Expr)
 _WINDING = 0.5  # of the losses outside the cage: the most that the stator's winding takes
-_MOST = 0.9  # of the largest resistance of the stator: up to there one is looked for
+_MOST = 0.9  # of the largest resistance of the stator: upper end of the search
 
 
 def displacement(frequency: FrequencyT) -> FrequencyT:
-    """How far current displacement has raised the rotor's resistance, from 0 to 1 at standstill and rated frequency.
+    """Return the rise of the rotor's resistance by current displacement, from 0 to 1 at standstill and rated frequency.
 
     frequency: of the rotor over the rated one. The law 1.8 b^2/(b^2 + 0.8) is that of deep bars,
     xi (sinh 2 xi + sin 2 xi)/(cosh 2 xi - cos 2 xi) with xi^2 in proportion to the frequency (P. L. Alger, Induction Machines),
@@ -67,14 +67,14 @@ class EquivalentCircuit:
     share: float = 1.0
 
     def rotor(self, slip: float) -> float:
-        """The resistance of the rotor in ohm at a slip."""
+        """Return the resistance of the rotor in ohm at a slip."""
         if self.standstill is None:
             return self.rotor_resistance
         return self.rotor_resistance + (self.standstill - self.rotor_resistance) * float(displacement(slip * self.share))
 
     @property
     def source(self) -> tuple[float, complex]:
-        """Voltage in V and inner impedance in ohm of the mains with stator and magnetising branch, as the rotor sees them."""
+        """Voltage in V and inner impedance in ohm of the mains with stator and magnetising branch, at the rotor's terminals."""
         stator = complex(self.stator_resistance, self.stator_reactance)
         if math.isinf(self.magnetising):
             return self.voltage, stator
@@ -82,13 +82,13 @@ class EquivalentCircuit:
         return self.voltage * abs(share), stator * share
 
     def torque(self, slip: float) -> float:
-        """The torque in N m at a slip other than 0."""
+        """Return the torque in N m at a slip other than 0."""
         voltage, inner = self.source
         load = self.rotor(slip) / slip
         return 3 * voltage**2 * load / (self.synchronous * abs(inner + complex(load, self.rotor_reactance)) ** 2)
 
     def breakdown(self) -> tuple[float, float]:
-        """Slip and torque in N m at which the motor pulls out: the largest torque from standstill on."""
+        """Return slip and torque in N m at which the motor pulls out: the largest torque from standstill on."""
         if self.standstill is not None:
             return self._largest()
         voltage, inner = self.source
@@ -107,22 +107,22 @@ class EquivalentCircuit:
         return float(found.x), -float(found.fun)
 
     def drawn(self, slip: float) -> complex:
-        """Active power in W + j reactive power in var that the motor draws at a slip; iron and friction losses not counted."""
+        """Return active power in W + j reactive power in var drawn at a slip; iron and friction losses not counted."""
         rotor = complex(self.rotor(slip) / slip, self.rotor_reactance)
         parallel = rotor if math.isinf(self.magnetising) else rotor * 1j * self.magnetising / (rotor + 1j * self.magnetising)
         return 3 * self.voltage**2 / (complex(self.stator_resistance, self.stator_reactance) + parallel).conjugate()
 
     def current(self, slip: float) -> float:
-        """The current of a phase in A at a slip."""
+        """Return the current of a phase in A at a slip."""
         return abs(self.drawn(slip)) / (3 * self.voltage)
 
     def power_factor(self, slip: float) -> float:
-        """Cos phi at a slip, without iron losses."""
+        """Return cos phi at a slip, without iron losses."""
         return math.cos(cmath.phase(self.drawn(slip)))
 
 
 def fitted_circuit(plate: InductionNameplate, stator_resistance: float | None = None) -> EquivalentCircuit:
-    """The circuit at rated voltage and frequency. stator_resistance: of a phase in ohm, where it was measured."""
+    """Return the circuit at rated voltage and frequency. stator_resistance: of a phase in ohm, where it was measured."""
     most = _bound(plate)
     if plate.starting_torque_ratio is None:
         r1 = stator_resistance if stator_resistance is not None else most if plate.other_losses is not None else 0.0
@@ -137,12 +137,12 @@ def fitted_circuit(plate: InductionNameplate, stator_resistance: float | None = 
 
 
 def largest_resistance(plate: InductionNameplate) -> float:
-    """The resistance of the stator in ohm with which the breakdown torque would leave no leakage."""
+    """Return the resistance of the stator in ohm with which the breakdown torque would leave no leakage."""
     return _breakdown_impedance(plate, plate.phase_voltage) / 2
 
 
 def _bound(plate: InductionNameplate) -> float:
-    """The largest resistance of the stator with which its winding takes no more than its part of the losses."""
+    """Return the largest resistance of the stator with which its winding takes no more than its part of the losses."""
     most, losses = _MOST * largest_resistance(plate), plate.other_losses
     if losses is None:
         return most
@@ -155,7 +155,7 @@ def _bound(plate: InductionNameplate) -> float:
 
 
 def _nearest_zero(function: Callable[[float], float], most: float) -> float:
-    """Where a function is zero between 0 and ``most``, else that end at which it is nearer to zero."""
+    """Return the zero of a function between 0 and ``most``, else the end at which it is nearer to zero."""
     from scipy.optimize import brentq
 
     ends = function(0.0), function(most)
@@ -165,12 +165,12 @@ def _nearest_zero(function: Callable[[float], float], most: float) -> float:
 
 
 def _breakdown_impedance(plate: InductionNameplate, voltage: float) -> float:
-    """R_1 + sqrt(R_1^2 + X^2) of the breakdown torque, at the voltage that the rotor sees."""
+    """Return R_1 + sqrt(R_1^2 + X^2) of the breakdown torque, at the voltage at the rotor's terminals."""
     return 3 * voltage**2 / (2 * plate.synchronous * plate.breakdown_torque_ratio * plate.torque)
 
 
 def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
-    """The circuit with this resistance of the stator, and the magnetising reactance where the power factor is known."""
+    """Return the circuit with a resistance of the stator, and the magnetising reactance where the power factor is known."""
     from scipy.optimize import root
 
     bare = _rotor_of(plate, EquivalentCircuit(plate.phase_voltage, plate.synchronous, r1, 0.0, 0.0, 0.0))
@@ -189,7 +189,7 @@ def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
         return bare
 
     def misfit(logarithms: list[float]) -> list[float]:
-        """Of leakages that are not equal, and of the reactive power."""
+        """Return the misfit of equal leakages, and of the reactive power."""
         x1, xm = (math.exp(min(max(x, -50.0), 50.0)) for x in logarithms)
         c = _rotor_of(plate, replace(bare, stator_reactance=x1, magnetising=xm))
         return [c.rotor_reactance / x1 - 1, c.drawn(plate.slip).imag / wanted(c) - 1]
@@ -202,9 +202,9 @@ def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
 
 
 def _with_deep_bars(plate: InductionNameplate, single: EquivalentCircuit) -> EquivalentCircuit:
-    """The circuit with this resistance of the stator whose rotor displaces the current, so that it starts as the plate says.
+    """Return the circuit with this stator whose rotor displaces the current, so that it has the starting torque of the plate.
 
-    The single cage where there is none.
+    The single cage where there is no solution.
     """
     from scipy.optimize import root
 
@@ -235,12 +235,12 @@ def _with_deep_bars(plate: InductionNameplate, single: EquivalentCircuit) -> Equ
 
 
 def _targets(plate: InductionNameplate) -> tuple[float, float, float]:
-    """Rated, breakdown and starting torque in N m."""
+    """Return rated, breakdown and starting torque in N m."""
     return plate.torque, plate.breakdown_torque_ratio * plate.torque, (plate.starting_torque_ratio or 0.0) * plate.torque
 
 
 def _rotor_of(plate: InductionNameplate, c: EquivalentCircuit) -> EquivalentCircuit:
-    """The circuit with the R_2 and X_2 that give rated and breakdown torque, whatever the stator's branch is."""
+    """Return the circuit with the R_2 and X_2 that give rated and breakdown torque, for any branch of the stator."""
     voltage, inner = c.source
     whole, resistance = _breakdown_impedance(plate, voltage), inner.real
     reactance = math.sqrt(max(whole * (whole - 2 * resistance), 0.0))
@@ -267,7 +267,7 @@ def _errors(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, tuple[
 
 
 def fit_in_words(plate: InductionNameplate, c: EquivalentCircuit) -> str:
-    """The circuit, and by how much it misses what is printed."""
+    """Return the circuit, and its deviations from the plate, as text."""
     leakage = f"leakage {c.stator_reactance:.4g} + {c.rotor_reactance:.4g}"
     magnetising = "no magnetising current" if math.isinf(c.magnetising) else f"magnetising {c.magnetising:.4g}"
     bars = "" if c.standstill is None else f" ({c.standstill:.4g} at standstill: deep bars)"
@@ -277,7 +277,7 @@ def fit_in_words(plate: InductionNameplate, c: EquivalentCircuit) -> str:
 
 
 def doubts(plate: InductionNameplate, c: EquivalentCircuit) -> tuple[str, ...]:
-    """What of the plate the circuit misses by more than a tenth, and what that means."""
+    """Return the values of the plate that the circuit misses by more than a tenth, and their meaning."""
     errors = _errors(plate, c)
     found = [words for error, words in errors.values() if abs(error) > LARGE]
     if plate.cosine is not None and math.isinf(c.magnetising):

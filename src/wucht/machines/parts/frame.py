@@ -1,4 +1,4 @@
-"""Where bodies live: what a part's formulas are written in."""
+"""Frame of a machine: the quantities in which a part's formulas are written."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class Point:
 
     @classmethod
     def of(cls, coordinates: Mapping[str, Coordinate]) -> Point:
-        """The point with the coordinates x and y, those that there are."""
+        """Return the point with the coordinates x and y as far as present."""
         named = {d: c for d, c in coordinates.items() if d in ("x", "y")}
         return cls(**{d: c.position for d, c in named.items()}, **{f"v{d}": c.velocity for d, c in named.items()})
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where bodies live: the carrier, the axes on it, gravity, and all turning bodies.
+    """Frame of the bodies: the carrier, the axes on it, gravity, and all turning bodies.
 
-    centre: the carrier's own centre of mass. rotation: the velocity of its turning about the plane's normal (zero where it does
+    centre: the carrier's centre of mass. rotation: the velocity of its turning about the plane's normal (zero where it does
     not turn). tilt: the velocity of its turning about an axis in the plane (a couple unbalance excites it). axes: the axis of
     each body.
     """
@@ -44,19 +44,19 @@ class Frame:
     axes: Mapping[str, Point] = field(default_factory=dict)
 
     def angle(self, body: str) -> sp.Symbol:
-        """The absolute angle of a body."""
+        """Return the absolute angle of a body."""
         return self.bodies[body].position
 
     def speed(self, body: str) -> sp.Symbol:
-        """The absolute angular velocity of a body."""
+        """Return the absolute angular velocity of a body."""
         return self.bodies[body].velocity
 
     def axis(self, body: str) -> Point:
-        """The axis about which a body turns."""
+        """Return the axis about which a body turns."""
         return self.axes.get(body, self.centre)
 
     def carried(self, mass: sp.Expr, unbalance: sp.Expr, body: str) -> Energies:
-        """Energies of a mass carried by a body's axis, its centre off the axis: unbalance = mass times distance.
+        """Return the energies of a mass carried by a body's axis, its centre off the axis: unbalance = mass times distance.
 
         T = m (x'^2 + y'^2)/2 + U phi' (-x' sin phi + y' cos phi), V = m g y + U g sin phi; the part of T that is
         quadratic in phi' belongs to the body's inertia about the axis.

@@ -9,7 +9,7 @@ from wucht.machines.parts.base import Frame, si
 from wucht.mechanics.energies import Applied, Energies, Internal, OwnState
 from wucht.piecewise import Pieces, PiecewiseCubic
 
-BUILD_UP = 2e-4  # m: what a lining of foam and its seat give way, small against the strokes that such dampers see
+BUILD_UP = 2e-4  # m: yield of a lining of foam and its seat, small against the strokes of such dampers
 
 
 class FrictionDamper(AlongLine):
@@ -30,7 +30,7 @@ class FrictionDamper(AlongLine):
     free_travel: float | None = si("m", "free travel to either side", "g", None, ge=0)
 
     def energies(self, frame: Frame) -> Energies:
-        """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: what of z is beyond the free travel."""
+        """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: the part of z beyond the free travel."""
         force, build_up, travel = self.symbols("force", "build_up", "free_travel")
         _, v = self.along(frame)
         (own,) = self.own_states

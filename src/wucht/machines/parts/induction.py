@@ -22,7 +22,7 @@ from wucht.machines.parts.equivalent_circuit import (
 from wucht.machines.parts.nameplate import InductionNameplate, read_nameplate, required_without
 from wucht.schema import Unit
 
-# What a nameplate says, and what may be given beside it: where the motor is run, and a resistance that was measured.
+# The keys that follow from a nameplate, and those beside it: operating point, and a resistance that was measured.
 _CIRCUIT = (
     "rotor_resistance",
     "stator_reactance",
@@ -89,7 +89,7 @@ class Induction(Drive):
         return required_without(super().__get_pydantic_json_schema__(schema, handler), (*_CIRCUIT, *_BESIDE))
 
     def check(self) -> None:
-        """A whole number of pole pairs; a leakage, without which a torque would grow without bound; a field that turns."""
+        """Check for a whole number of pole pairs, a leakage that bounds the torque, and a field that turns."""
         if self.pole_pairs != round(self.pole_pairs):
             raise FieldError("pole_pairs", "must be a whole number of pole pairs", code="whole-number")
         if self.stator_reactance + self.rotor_reactance == 0:
@@ -99,7 +99,7 @@ class Induction(Drive):
             raise ValueError("frequency", f"{_TURNING}: {needed}")
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
-        """The torque at a speed, multiplied out by the slip and the synchronous speed, neither of which it then divides by.
+        """Return the torque at a speed, multiplied out by the slip and the synchronous speed, so that it divides by neither.
 
         Without the magnetising current 002 (2.119): with the slip speed d = w_s - w, s = d/w_s and
         T = 3 R_2 U^2 d/((R_1 d + R_2 w_s)^2 + (X d)^2). With it, of f/f_r and the rotor's frequency p d/(2 pi f_r), both over
@@ -125,11 +125,11 @@ class Induction(Drive):
         return 3 / of_field * R2 * b * Xm**2 * U**2 / (real**2 + imaginary**2)
 
     def synchronous_speed(self) -> float | None:
-        """The speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1; None at 0 Hz, where there is no slip."""
+        """Return the speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1; None at 0 Hz, without slip."""
         return self.sense * 2 * math.pi * self.frequency / self.pole_pairs if self.frequency else None
 
     def breakdown(self) -> tuple[float, float, float] | None:
-        """Slip, speed in rad/s and torque in N m at which the motor pulls out: 002 (2.121) and (2.120); None at 0 Hz.
+        """Return slip, speed in rad/s and torque in N m at pull-out: 002 (2.121) and (2.120); None at 0 Hz.
 
         The printed (2.120) has a factor R_2 too many; it is 3 U^2/(2 w_s (R_1 + sqrt(R_1^2 + X^2))).
         """
@@ -140,7 +140,7 @@ class Induction(Drive):
         return slip, synchronous * (1 - slip), self.sense * torque
 
     def circuit_at(self, voltage: float, frequency: float) -> EquivalentCircuit:
-        """The circuit at a voltage of a phase in V and a frequency in Hz, for a field that turns forwards."""
+        """Return the circuit at a voltage of a phase in V and a frequency in Hz, for a field that turns forwards."""
         share = frequency / self.rated_frequency
         magnetising = math.inf if self.magnetising_reactance is None else self.magnetising_reactance * share
         synchronous, reactances = 2 * math.pi * frequency / self.pole_pairs, (self.stator_reactance, self.rotor_reactance)
@@ -149,12 +149,12 @@ class Induction(Drive):
         return EquivalentCircuit(voltage, synchronous, r1, r2, x1, x2, magnetising, standstill, share)
 
     def made_of(self) -> tuple[str, ...]:
-        """The circuit that was fitted to the nameplate, and how well it meets it."""
+        """Return the circuit that was fitted to the nameplate, and its deviations, as a note."""
         plate = self.nameplate
         return () if plate is None else (f"{self.path}: {fit_in_words(plate, self._as_rated())}",)
 
     def doubts(self) -> tuple[str, ...]:
-        """What the circuit misses of the nameplate by more than a tenth."""
+        """Return the nameplate values that the circuit misses by more than a tenth."""
         plate = self.nameplate
         return () if plate is None else tuple(f"{self.path}.nameplate: {d}" for d in doubts(plate, self._as_rated()))
 
@@ -164,7 +164,7 @@ class Induction(Drive):
 
 
 def _measured(given: Any, plate: InductionNameplate) -> float | None:
-    """The resistance of a phase in ohm that is given beside a nameplate. Raises ``ValueError(key, sentence)``."""
+    """Return the resistance of a phase in ohm that is given beside a nameplate. Raises ``ValueError(key, sentence)``."""
     if given is None:
         return None
     most = largest_resistance(plate)
@@ -173,13 +173,13 @@ def _measured(given: Any, plate: InductionNameplate) -> float | None:
     except ValueError as error:
         raise FieldError("stator_resistance", str(error), code=code_of(error)) from None
     if not 0 <= measured < most:
-        allowed = f"must be from 0 to {most:.4g} ohm: with more there is no such breakdown torque"
+        allowed = f"must be from 0 to {most:.4g} ohm: a larger one does not permit the breakdown torque"
         raise ValueError("stator_resistance", allowed)
     return measured
 
 
 def _parameters(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, float | None]:
-    """The motor of a nameplate at its rated voltage and frequency."""
+    """Return the parameters of a motor of a nameplate at its rated voltage and frequency."""
     return {
         "voltage": plate.phase_voltage,
         "frequency": plate.frequency,

@@ -34,29 +34,29 @@ class Inverter(Drive):
     )
 
     def no_load_path(self) -> str:
-        """That of ``set_speed``."""
+        """Return the path of ``set_speed``."""
         return f"{self.path}.set_speed"
 
     def held_speed(self) -> float:
-        """The set speed, as the body turns with it."""
+        """Return the set speed, reduced to the body."""
         return self.set_speed if self.transmission is None else self.set_speed / self.transmission.ratio
 
     def limit(self, speed: sp.Expr) -> sp.Expr:
-        """The largest torque at a speed, in either direction: torque_limit/max(|speed|/w_b, 1), w_b = P/torque_limit."""
+        """Return the largest torque at a speed, in either direction: torque_limit/max(|speed|/w_b, 1), w_b = P/torque_limit."""
         most, power = self.symbols("torque_limit", "power_limit")
         return most if self.power_limit is None else most / PiecewiseCubic(speed * most / power, _AT_LEAST_1)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
-        """In steady operation: the limit up to the set speed, beyond it against it; at it any torque within, here zero."""
+        """Return the steady torque: the limit below the set speed, against it above; at it any torque within, here zero."""
         below = self.symbol("set_speed") - speed
         return self.limit(speed) * (PiecewiseCubic(below, _POSITIVE) - PiecewiseCubic(-below, _POSITIVE))
 
     def linearised(self, speed: float) -> tuple[float, float]:
-        """At the set speed an upright line."""
+        """Return a vertical line at the set speed."""
         return (math.inf, speed) if speed == self.held_speed() else super().linearised(speed)
 
     def energies(self, frame: Frame) -> Energies:
-        """The torque, and the controller's state x."""
+        """Return the power of the torque, and the controller's state x."""
         target, gain, time, most = self.symbols("set_speed", "gain", "integral_time", "torque_limit")
         (own,) = self.own_states
         x = own.at(self.path)

@@ -16,7 +16,7 @@ class LinearDrive(Drive):
     no_load_speed: float = si("rad/s", "no-load speed", "omega", help="speed at which the torque is zero")
 
     def no_load_path(self) -> str:
-        """That of ``no_load_speed``."""
+        """Return the path of ``no_load_speed``."""
         return f"{self.path}.no_load_speed"
 
     def torque(self, speed: sp.Expr) -> sp.Expr:

@@ -1,7 +1,7 @@
-"""Nameplates: what is printed on a DC or an induction motor, from which its parameters follow when it is built.
+"""Nameplates: rated data printed on a DC or an induction motor, from which its parameters follow when it is built.
 
 A DC motor of constant flux, of armature resistance R_A and flux k Phi turns by U = R_A I + k Phi w, and gives the shaft k Phi I
-less what friction and iron take, k Phi I_0 by its no-load current I_0 (A. E. Fitzgerald et al., Electric Machinery, chapter 7).
+less friction and iron losses, k Phi I_0 by its no-load current I_0 (A. E. Fitzgerald et al., Electric Machinery, chapter 7).
 So the torque on the shaft is a straight line with the slope (k Phi)^2/R_A that is zero at the no-load speed, and as such it is
 kept: through the rated point and the no-load point, k Phi = U/w_0, with friction and iron losses in it, exact at the rated
 voltage.
@@ -17,15 +17,15 @@ from pydantic import Field, ValidationError, model_validator
 
 from wucht.schema import Described, Parameter, si
 
-LARGE = 0.1  # of a value: a fit that misses more of it is told as a warning
-_MOST_SLIP = 0.3  # more, and speed, frequency or poles are mistaken
+LARGE = 0.1  # of a value: a larger misfit gives a warning
+_MOST_SLIP = 0.3  # a larger one indicates a wrong speed, frequency or number of poles
 
 
 class Nameplate(Described):
-    """What is printed on a motor. It has no parameters of its own: what follows from it are those of the motor."""
+    """Data printed on a motor. It has no parameters itself: those that follow from it belong to the motor."""
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
-        """None."""
+        """Return no parameters."""
         return ()
 
 
@@ -33,10 +33,10 @@ PlateT = TypeVar("PlateT", bound=Nameplate)
 
 
 def read_nameplate(given: Any, cls: type[PlateT], follow: Sequence[str]) -> tuple[Any, PlateT | None]:
-    """The table of a motor and the nameplate in it from which its parameters are to be found.
+    """Return the table of a motor and the nameplate in it from which its parameters follow.
 
-    follow: the keys that follow from the nameplate. None where there is no nameplate, or one that is wrong, which its own field
-    reports; and where all keys are there already, as in a motor that was built before. Raises ``ValueError(key, sentence)``
+    follow: the keys that follow from the nameplate. None where there is no nameplate, or a wrong one, which its field reports;
+    and where all keys are present already, as in a motor that was built before. Raises ``ValueError(key, sentence)``
     where some are given beside it.
     """
     if not isinstance(given, Mapping) or given.get("nameplate") is None or all(key in given for key in follow):
@@ -52,7 +52,7 @@ def read_nameplate(given: Any, cls: type[PlateT], follow: Sequence[str]) -> tupl
 
 
 def required_without(schema: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-    """The JSON schema of a motor in which these keys are required only where there is no nameplate."""
+    """Return the JSON schema of a motor in which these keys are required only where there is no nameplate."""
     required = schema.get("required", [])
     always = [key for key in required if key not in keys]
     choice = [{"required": ["nameplate"]}, {"required": [key for key in required if key in keys]}]
@@ -60,9 +60,9 @@ def required_without(schema: dict[str, Any], keys: Sequence[str]) -> dict[str, A
 
 
 def missed(fitted: Mapping[str, tuple[float, float, str]]) -> dict[str, tuple[float, str]]:
-    """By how much each fitted value differs from the printed one, relatively, and both in words.
+    """Return the relative deviation of each fitted value from the printed one, and both as text.
 
-    fitted: printed and fitted value, and their unit, by name.
+    comparisons: printed and fitted value, and their unit, by name.
     """
     errors = {}
     for name, (printed, found, unit) in fitted.items():
@@ -73,7 +73,7 @@ def missed(fitted: Mapping[str, tuple[float, float, str]]) -> dict[str, tuple[fl
 
 
 class DCNameplate(Nameplate):
-    """What is printed on a DC motor with a separate field or permanent magnets: the rated point, and the one without load.
+    """Data printed on a DC motor with a separate field or permanent magnets: the rated point, and the one without load.
 
     ``power`` on the shaft, or ``torque``. Needed besides is the ``no_load_speed``; or ``current`` with ``armature_resistance``;
     or ``current`` with ``no_load_current``, from which the losses give the resistance.
@@ -99,7 +99,7 @@ class DCNameplate(Nameplate):
 
     @property
     def resistance(self) -> float | None:
-        """Of the armature in ohm: as printed, else by P = (U - R I) (I - I_0); None where that is not known."""
+        """Resistance of the armature in ohm: as printed, else by P = (U - R I) (I - I_0); None where that is not known."""
         if self.armature_resistance is not None or self.current is None or self.no_load_current is None:
             return self.armature_resistance
         induced = self.shaft_torque * self.speed / (self.current - self.no_load_current)
@@ -108,14 +108,14 @@ class DCNameplate(Nameplate):
     @model_validator(mode="after")
     def _possible(self) -> DCNameplate:
         if (self.power is None) == (self.torque is None):
-            raise ValueError("power", "needed is the rated power on the shaft or the rated torque, one of both")
+            raise ValueError("power", "needed is either the rated power on the shaft or the rated torque")
         if self.no_load_speed is not None and self.no_load_speed <= self.speed:
             raise ValueError("no_load_speed", "must be above the rated speed: a loaded motor is slower")
         if self.no_load_current is not None and self.current is not None and self.no_load_current >= self.current:
             raise ValueError("no_load_current", "must be below the rated current")
         if self.current is not None and self.shaft_torque * self.speed >= self.voltage * self.current:
             least = self.shaft_torque * self.speed / self.voltage
-            raise ValueError("current", f"must be above {least:.4g} A: less than the shaft's power would be supplied")
+            raise ValueError("current", f"must be above {least:.4g} A: the input power must exceed the shaft's power")
         if self.no_load_speed is not None:
             return self
         if self.current is None or (resistance := self.resistance) is None:
@@ -127,7 +127,7 @@ class DCNameplate(Nameplate):
         return self
 
     def line(self) -> tuple[float, float]:
-        """k Phi in V s and R_A in ohm of the line through the rated point that is zero at the no-load speed."""
+        """Return k Phi in V s and R_A in ohm of the line through the rated point that is zero at the no-load speed."""
         no_load = self.no_load_speed
         if no_load is None:
             assert self.current is not None and self.resistance is not None
@@ -137,7 +137,7 @@ class DCNameplate(Nameplate):
         return flux, flux * (self.voltage - flux * self.speed) / self.shaft_torque
 
     def errors(self, flux: float, resistance: float) -> dict[str, tuple[float, str]]:
-        """By how much a line misses what is printed, relatively, and in words."""
+        """Return the relative deviations of a line from the printed values, and their texts."""
         compared = {
             "rated torque": (self.shaft_torque, flux * (self.voltage - flux * self.speed) / resistance, "N m"),
         }
@@ -150,17 +150,17 @@ class DCNameplate(Nameplate):
         return missed(compared)
 
     def fit_in_words(self, flux: float, resistance: float) -> str:
-        """The line, and by how much it misses what is printed."""
+        """Return the line, and its deviations from the plate, as text."""
         errors = "; ".join(words for _, words in self.errors(flux, resistance).values())
         return f"line of the nameplate: flux times motor constant {flux:.4g} V s, armature {resistance:.4g} ohm; {errors}"
 
     def doubts(self, flux: float, resistance: float) -> tuple[str, ...]:
-        """What of the plate the line misses by more than a tenth."""
+        """Return the values of the plate that the line misses by more than a tenth."""
         return tuple(words for error, words in self.errors(flux, resistance).values() if abs(error) > LARGE)
 
 
 class InductionNameplate(Nameplate):
-    """What is printed on an induction motor, or in its data sheet: the rated point, and torques as multiples of the rated one.
+    """Data printed on an induction motor, or in its data sheet: the rated point, and torques as multiples of the rated one.
 
     Of ``efficiency``, ``power_factor`` and ``current`` two give the magnetising reactance and, with the losses, a bound on the
     resistance of the stator.
@@ -172,7 +172,7 @@ class InductionNameplate(Nameplate):
     connection: Literal["star", "delta"] = Field("star", description="connection of the windings")
     frequency: float = si("Hz", "rated frequency", "f_n", gt=0, help="rated frequency of the mains")
     poles: float | None = si(
-        "", "number of poles", "2p", None, ge=2, help="number of poles, by default as many as the rated speed says"
+        "", "number of poles", "2p", None, ge=2, help="number of poles, by default the one that fits the rated speed"
     )
     breakdown_torque_ratio: float = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)
     starting_torque_ratio: float | None = si("", "starting torque over rated torque", "T_s/T_n", None, gt=0)
@@ -182,7 +182,7 @@ class InductionNameplate(Nameplate):
 
     @property
     def pole_pairs(self) -> float:
-        """By default the most with which the motor slips."""
+        """Number of pole pairs, by default the largest with a positive slip."""
         return (
             self.poles / 2 if self.poles is not None else float(max(math.floor(2 * math.pi * self.frequency / self.speed), 1))
         )
@@ -209,7 +209,7 @@ class InductionNameplate(Nameplate):
 
     @property
     def input_power(self) -> float | None:
-        """What the motor draws in W, by its efficiency, else by current and power factor; None where neither is printed."""
+        """Input power in W, by efficiency, else by current and power factor; None where neither is printed."""
         if self.efficiency is not None:
             return self.power / self.efficiency
         if self.current is not None and self.power_factor is not None:
@@ -233,7 +233,7 @@ class InductionNameplate(Nameplate):
 
     @property
     def other_losses(self) -> float | None:
-        """Those outside the cage, in W."""
+        """Losses outside the cage, in W."""
         return None if self.input_power is None else self.input_power - self._crossing
 
     @property
@@ -258,7 +258,7 @@ class InductionNameplate(Nameplate):
                 1 - self.slip if self.efficiency is not None else (self.power_factor or 0.0) * self._crossing / self.input_power
             )
             side = "below" if self.efficiency is not None else "above"
-            raise ValueError(key, f"must be {side} {bound:.4g}: the cage alone loses the slip, {self.slip:.3g} of what it gets")
+            raise ValueError(key, f"must be {side} {bound:.4g}: the cage alone loses the slip, {self.slip:.3g} of its power")
         if self.cosine is not None and self.cosine >= 1:
             least_current = (self.input_power or 0.0) / (math.sqrt(3) * self.voltage)
             raise ValueError("current", f"must be more than {least_current:.4g} A, by power, efficiency and voltage")

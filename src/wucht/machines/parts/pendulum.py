@@ -25,7 +25,7 @@ class Pendulum(Tracked):
     ))  # fmt: skip
 
     def check(self) -> None:
-        """The inertia about the axis is at least m l^2, which is its default; a track needs a diameter and no suspension."""
+        """Check that the inertia is at least m l^2, its default, and that a track has a diameter and no suspension."""
         least = self.mass * self.length * self.length
         if not math.isfinite(least):
             raise ValueError("length", "must be a length with which m l^2 can still be computed")
@@ -41,7 +41,7 @@ class Pendulum(Tracked):
         return {self.name: self.symbol("length")}
 
     def on_axis(self) -> bool:
-        """Without a suspension."""
+        """True without a suspension."""
         return self.suspension in (None, (0.0, 0.0))
 
     def centre_radius(self) -> float:
@@ -53,7 +53,7 @@ class Pendulum(Tracked):
         return self.symbol("mass") * self.symbol("length")
 
     def moment_on_reference(self) -> sp.Expr:
-        """The pivot carries the mass: m (s_x + i s_y)."""
+        """Return the moment of the mass at the pivot: m (s_x + i s_y)."""
         if self.suspension is None:
             return sp.S.Zero
         m, a, b = self.symbols("mass", "suspension.x", "suspension.y")
@@ -73,7 +73,7 @@ class Pendulum(Tracked):
         return on_axis if self.suspension is None else on_axis + self._off_axis(frame)
 
     def _off_axis(self, frame: Frame) -> Energies:
-        """What a pivot at s in the frame of ``about`` adds: m v.p' + m p'^2/2 + m l theta' p'.n(theta), p = R(phi) s."""
+        """Return the energies added by a pivot at s on ``about``: m v.p' + m p'^2/2 + m l theta' p'.n(theta), p = R(phi) s."""
         m, l, a, b = self.symbols("mass", "length", "suspension.x", "suspension.y")  # noqa: E741
         at, phi, theta = frame.axis(self.name), frame.angle(self.about), frame.angle(self.name)
         w0, w = frame.speed(self.about), frame.speed(self.name)

@@ -36,7 +36,7 @@ class Mount(Described):
 
     at: tuple[float, float] = si("m", "place", "a", help="place on the carrier, measured from its centre of mass")
     stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None, help=(
-        "stiffness of the spring, one for x and y, or a pair; without it a share of what `frequency` asks for"
+        "stiffness of the spring, one for x and y, or a pair; without it a share of the stiffness that `frequency` requires"
     ))  # fmt: skip
     damping: float | tuple[float, float] = si(
         "N s/m", "damping", "b", (0.0, 0.0), help="viscous damping of the mount, one for x and y, or a pair"
@@ -80,7 +80,7 @@ class PlanarCarrier(Support):
     )
 
     def check(self) -> None:
-        """Mounts, or stiffness and rotation_stiffness; none of them negative."""
+        """Check for mounts, or stiffness and rotation_stiffness, none of them negative."""
         self.check_motion()
         if self.mounts and (self.stiffness is not None or self.rotation_stiffness is not None):
             raise FieldError("mounts", "give either mounts, or stiffness with rotation_stiffness", code="either-or")
@@ -100,7 +100,7 @@ class PlanarCarrier(Support):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
 
     def _check_tuning(self) -> None:
-        """Each spring and damper is given in one way."""
+        """Check that each spring and damper is given in one way."""
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
         refuse_rotation_both_ways(self)
@@ -129,7 +129,7 @@ class PlanarCarrier(Support):
         refuse_ratio_without_spring("damping_ratio", self.damping_ratio, spring)
 
     def _total(self) -> Pair | None:
-        """The stiffness in x and y of all springs together; None where none is given."""
+        """Return the stiffness in x and y of all springs together; None where none is given."""
         if not self.mounts:
             return self.stiffness
         whole: Pair = 0.0
@@ -153,7 +153,7 @@ class PlanarCarrier(Support):
         return self.model_copy(update=update), f"carrier: {'; '.join(told)}" if told else ""
 
     def _shared(self, found: Mapping[str, Pair], whole: Pair) -> tuple[Mount, ...]:
-        """The mounts with their shares of what all have together. whole: the stiffness."""
+        """Return the mounts with their shares of the total values. whole: the total stiffness."""
         count, mounts = len(self.mounts), list[Mount]()
         for mount in self.mounts:
             own = mount.stiffness if self.frequency is None else each(lambda c: c / count, whole)
@@ -165,7 +165,7 @@ class PlanarCarrier(Support):
         return tuple(mounts)
 
     def check_body(self, body: Body) -> None:
-        """Bodies may be anywhere on it."""
+        """Accept bodies anywhere on it."""
         self.check_couple(body)
 
     def energies(self, frame: Frame) -> Energies:
@@ -184,7 +184,7 @@ class PlanarCarrier(Support):
         return Energies(m * (at.vx**2 + at.vy**2) / 2 + j * r.velocity**2 / 2, sp.Add(*potential), sp.Add(*dissipation))
 
     def _springs(self) -> list[tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
-        """(place, (cx, cy), (bx, by)) of every spring."""
+        """Return (place, (cx, cy), (bx, by)) of every spring."""
         if not self.mounts:
             c, b = (tuple(self.component(name, d) for d in "xy") for name in ("stiffness", "damping"))
             return [((sp.S.Zero, sp.S.Zero), c, b)]
@@ -196,6 +196,6 @@ class PlanarCarrier(Support):
         return springs
 
     def _both(self, path: str, value: float | tuple[float, float]) -> tuple[sp.Expr, sp.Expr]:
-        """The symbols of x and y; the same where one value holds for both."""
+        """Return the symbols of x and y; the same where one value holds for both."""
         x, y = self.symbols(f"{path}.x", f"{path}.y") if isinstance(value, tuple) else 2 * self.symbols(path)
         return x, y

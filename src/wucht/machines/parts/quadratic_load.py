@@ -19,5 +19,5 @@ class QuadraticLoad(Load):
     coefficient: float = si("N m s^2", "coefficient of the load", "k_2", ge=0)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
-        """Proportional to the square of the speed, against it."""
+        """Return a torque proportional to the square of the speed, against it."""
         return self.symbol("coefficient") * PiecewiseCubic(speed, SIGNED_SQUARE)

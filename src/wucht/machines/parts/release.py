@@ -1,4 +1,4 @@
-"""When a body that is locked at first is let go."""
+"""Release of a body that is locked at first."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from wucht.schema import Described, si
 
 
 class Release(Described):
-    """Until a time, or until the body it turns about has reached a speed for the first time, a body turns with that body."""
+    """Release of a body from the one it turns about: at a time, or when that body reaches a speed for the first time."""
 
     time: float | None = si("s", "time of release", "t_0", None, gt=0)
     speed: float | None = si("rad/s", "speed of release", "w_0", None, gt=0)
@@ -16,5 +16,5 @@ class Release(Described):
     @model_validator(mode="after")
     def _one_of_both(self) -> Release:
         if (self.time is None) == (self.speed is None):
-            raise ValueError("must be { time = ... } or { speed = ... }, one of both")
+            raise ValueError("must be either { time = ... } or { speed = ... }")
         return self

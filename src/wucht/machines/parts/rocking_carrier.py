@@ -39,7 +39,7 @@ class RockingCarrier(Support):
     tilting: bool = Field(False, exclude=True)
 
     def check(self) -> None:
-        """A free carrier needs a spring."""
+        """Check that a free carrier has a spring."""
         self.check_motion()
         if self.rotation_stiffness is None and self.rotation_frequency is None and self.motion is None:
             raise FieldError(
@@ -54,14 +54,14 @@ class RockingCarrier(Support):
         return self.model_copy(update=found | UNTUNED), said
 
     def check_body(self, body: Body) -> None:
-        """Bodies may be anywhere on it, and have a couple unbalance."""
+        """Accept bodies anywhere on it, with a couple unbalance too."""
 
     def bearing(self, bodies: Iterable[Body]) -> Self:
-        """With a couple unbalance on it, it tilts."""
+        """Return the carrier; it tilts with a couple unbalance on it."""
         return self.model_copy(update={"tilting": any(b.couple() is not None for b in bodies)})
 
     def placed(self) -> Frame:
-        """The frame at the axis of turning, about which it turns or tilts."""
+        """Return the frame at the axis of turning, about which it turns or tilts."""
         frame = super().placed()
         return replace(frame, rotation=sp.S.Zero, tilt=frame.rotation) if self.tilting else frame
 

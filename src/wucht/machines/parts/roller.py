@@ -24,7 +24,7 @@ class Roller(Tracked):
     damping: float = si("N m s", "damping", "beta", 0.0, ge=0, help="viscous damping to the body that it turns about")
 
     def check(self) -> None:
-        """The roller fits into its track; its diameter is twice its radius."""
+        """Check that the roller fits into its track, and that its diameter is twice its radius."""
         if self.radius >= self.track_radius:
             raise ValueError("radius", f"must be less than the track radius of {self.track_radius:g} m")
         if self.diameter is not None and abs(self.diameter - 2 * self.radius) > 1e-9 * self.radius:

@@ -28,7 +28,7 @@ class Rotor(Body):
     position: tuple[float, float] | None = si("m", "position", "a", None, help="position of its axis on a carrier that turns")
 
     def check(self) -> None:
-        """One of eccentricity, unbalance and couple_unbalance; the inertia about the axis is at least m e^2."""
+        """Check for one of eccentricity, unbalance and couple_unbalance, and an inertia about the axis of at least m e^2."""
         if (self.eccentricity, self.unbalance, self.couple_unbalance).count(None) != 2:
             given = "either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'"
             raise ValueError("eccentricity", f"needed is {given}")

@@ -26,11 +26,11 @@ class Slider(Body):
     damping: float = si("N s/m", "damping", "b", 0.0, ge=0, help="damping of the damper beside the spring")
 
     def turns(self) -> bool:
-        """It has a displacement, not an angle."""
+        """False: it has a displacement, not an angle."""
         return False
 
     def check(self) -> None:
-        """A slider turns with its guide: it cannot be locked and released."""
+        """Check that there is no release: a slider always turns with its guide."""
         if self.release is not None:
             raise ValueError("release", "not allowed: a slider always turns with its guide")
 

@@ -1,6 +1,6 @@
-"""A compliant stop: a spring and damper that is on while a gap is negative, with a given restitution.
+"""A compliant stop: a spring and damper that acts while a gap is negative, with a given restitution.
 
-Hard stops would bounce infinitely often in a finite time; these are short, and what an impact loses is in the energy balance.
+Hard stops would bounce infinitely often in a finite time; these are short, and the loss of an impact is in the energy balance.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What carriers have in common: a prescribed motion, and springs and dampers by natural frequency and damping ratio."""
+"""The common base of carriers: a prescribed motion, and springs and dampers by natural frequency and damping ratio."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class PrescribedMotion(Described):
     @field_validator("*", mode="before")
     @classmethod
     def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
-        """Amplitude and displacements are lengths, in direction r angles; points may have units."""
+        """Read amplitude and displacements as lengths, in direction r as angles; points may have units."""
         length, name = "rad" if info.data.get("direction") == "r" else "m", info.field_name
         if given is None or name == "direction":
             return given
@@ -66,19 +66,19 @@ class PrescribedMotion(Described):
         return self
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
-        """Amplitude and frequency; the amplitude in direction r is an angle."""
+        """Return amplitude and frequency; the amplitude in direction r is an angle."""
         length = "rad" if self.direction == "r" else "m"
         return tuple(replace(p, unit=length if p.unit == "m" else p.unit) for p in super().parameters_at(path))
 
     def velocity(self) -> sp.Expr:
-        """The velocity over time."""
+        """Return the velocity over time."""
         if self.points is not None:
             return PiecewiseCubic(TIME, self._spline().derivative)
         amplitude, frequency = SHAKING
         return -amplitude * frequency * sp.sin(frequency * TIME)
 
     def start(self) -> float:
-        """The displacement at t = 0."""
+        """Return the displacement at t = 0."""
         return float(self._spline()(0.0)) if self.points is not None else float(self.amplitude or 0.0)
 
     def _spline(self) -> Pieces:
@@ -87,17 +87,17 @@ class PrescribedMotion(Described):
 
 
 def tuned_stiffness(inertia: float, frequency: Pair) -> Pair:
-    """c, of a natural frequency in rad/s."""
+    """Return c for a natural frequency in rad/s."""
     return each(lambda w: inertia * w**2, frequency)
 
 
 def tuned_damping(inertia: float, stiffness: Pair, ratio: Pair) -> Pair:
-    """b, of a damping ratio."""
+    """Return b for a damping ratio."""
     return each(lambda c, d: 2 * d * math.sqrt(c * inertia), stiffness, ratio)
 
 
 def tuned_rotation(carrier: Any, inertia: Inertia) -> dict[str, Pair]:
-    """Spring and damper of the rotation of a carrier that turns, by their keys: those that its frequency and ratio say."""
+    """Return spring and damper of a carrier's rotation, by their keys, as far as its frequency and ratio determine them."""
     found: dict[str, Pair] = {}
     if carrier.rotation_frequency is not None:
         found["rotation_stiffness"] = tuned_stiffness(inertia("r"), carrier.rotation_frequency)
@@ -108,13 +108,13 @@ def tuned_rotation(carrier: Any, inertia: Inertia) -> dict[str, Pair]:
 
 
 def refuse_both(carrier: Any, one: str, other: str) -> None:
-    """Raises ``ValueError(field, sentence)`` where what one key says is given by another too."""
+    """Raise ``ValueError(field, sentence)`` where two keys state the same quantity."""
     if getattr(carrier, other) is not None and one in carrier.model_fields_set and getattr(carrier, one) is not None:
         raise FieldError(other, f"give either {one} or {other}", code="either-or")
 
 
 def refuse_rotation_both_ways(carrier: Any) -> None:
-    """Raises ``ValueError(field, sentence)`` where the rotation's spring or damper is given in two ways, or has no spring."""
+    """Raise ``ValueError(field, sentence)`` where the rotation's spring or damper is given in two ways, or has no spring."""
     refuse_both(carrier, "rotation_stiffness", "rotation_frequency")
     refuse_both(carrier, "rotation_damping", "rotation_damping_ratio")
     spring = carrier.rotation_stiffness if carrier.rotation_frequency is None else carrier.rotation_frequency
@@ -122,7 +122,7 @@ def refuse_rotation_both_ways(carrier: Any) -> None:
 
 
 def refuse_ratio_without_spring(key: str, ratio: Pair | None, spring: Pair | None) -> None:
-    """Raises ``ValueError(field, sentence)`` for a damping ratio in a direction without a spring. spring: or a frequency."""
+    """Raise ``ValueError(field, sentence)`` for a damping ratio in a direction without a spring. spring: or a frequency."""
     missing = each(lambda d, c: float(d > 0 and c == 0), ratio or 0.0, spring or 0.0)
     if missing == 1.0 or (isinstance(missing, tuple) and any(missing)):
         raise FieldError(
@@ -131,7 +131,7 @@ def refuse_ratio_without_spring(key: str, ratio: Pair | None, spring: Pair | Non
 
 
 def each(function: Callable[..., float], *values: Pair) -> Pair:
-    """A function of values of both directions: one number where all are."""
+    """Apply a function to the values of both directions: one number where all are."""
     if not any(isinstance(v, tuple) for v in values):
         return function(*values)
     pairs = [v if isinstance(v, tuple) else (v, v) for v in values]
@@ -139,7 +139,7 @@ def each(function: Callable[..., float], *values: Pair) -> Pair:
 
 
 def in_words(found: Mapping[str, Pair | None], inertia: str) -> str:
-    """What follows from frequency and damping ratio, by its key. inertia: with which, in words."""
+    """Return the values that follow from frequency and damping ratio, by key, as text. inertia: used for them, as text."""
     shown = (f"{key} {_shown(value)} {_UNITS[key]}" for key, value in found.items())
     return f"{', '.join(shown)}, by frequency or damping ratio with {inertia}"
 
@@ -149,7 +149,7 @@ def _shown(value: Pair | None) -> str:
 
 
 class Support(Part):
-    """A carrier: the coordinates of what bears the bodies, and where their axes are."""
+    """A carrier: the coordinates of the support of the bodies, and the positions of their axes."""
 
     gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0, ge=-_STRONGEST, le=_STRONGEST)
     directions: str = Field("xy", description="directions in which the carrier moves")
@@ -162,29 +162,29 @@ class Support(Part):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What the coordinates are called: x, y, r, foundation."""
+        """Names of the coordinates: x, y, r, foundation."""
         return tuple(self.directions)
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """Displacements, and the angle, from where the springs are free of force."""
+        """Return the displacements, and the angle, from where the springs are free of force."""
         names = [d for d in self.labels if d != "foundation"]
         return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}", prescribed=self.prescribed(d)) for d in names)
 
     def component(self, name: str, direction: str) -> sp.Expr:
-        """The symbol of a stiffness or damping in a direction."""
+        """Return the symbol of a stiffness or damping in a direction."""
         value = getattr(self, name)
         if value is None:
             return sp.S.Zero
         return self.symbol(f"{name}.{direction}" if isinstance(value, tuple) else name)
 
     def placed(self) -> Frame:
-        """The frame without bodies."""
+        """Return the frame without bodies."""
         named = dict(zip(self.labels, self.coordinates(), strict=True))
         rotation = named["r"].velocity if "r" in named else sp.S.Zero
         return Frame(centre=Point.of(named), rotation=rotation, gravity=self.symbol("gravity"))
 
     def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
-        """Position and velocity of an axis at a place (a, b) on the carrier: (x - b chi, y + a chi) where it turns by chi."""
+        """Return position and velocity of an axis at a place (a, b) on the carrier: (x - b chi, y + a chi) for an angle chi."""
         frame, (a, b) = self.placed(), position
         at = frame.centre
         if frame.rotation == 0:
@@ -194,46 +194,46 @@ class Support(Part):
         return Point(at.x - b * chi.position, at.y + a * chi.position, vx, vy)
 
     def check_body(self, body: Body) -> None:
-        """Raises ``ValueError(field, sentence)`` where a body cannot be on this carrier."""
+        """Raise ``ValueError(field, sentence)`` where a body cannot be on this carrier."""
         if body.place() is not None:
             raise ValueError("position", f"allowed on a carrier 'xyr'; this one is {self.directions!r}")
         self.check_couple(body)
 
     def check_couple(self, body: Body) -> None:
-        """Raises ``ValueError(field, sentence)`` for a couple unbalance, which only a carrier that tilts feels."""
+        """Raise ``ValueError(field, sentence)`` for a couple unbalance, which acts only on a carrier that tilts."""
         if body.couple() is not None:
             raise ValueError("couple_unbalance", f"allowed on a carrier 'r'; this one is {self.directions!r}")
 
     def bearing(self, bodies: Iterable[Body]) -> Self:
-        """The carrier as it is with these bodies on it."""
+        """Return the carrier with these bodies on it."""
         return self
 
     def tuned(self, inertia: Inertia) -> tuple[Self, str]:
-        """The carrier with the springs and dampers that follow from natural frequencies, and these in words; empty if none do.
+        """Return the carrier with springs and dampers from natural frequencies, and a text of their values; empty without any.
 
         inertia: in kg, or kg m^2, of all that moves with a coordinate.
         """
         return self, ""
 
     def prescribed(self, label: str) -> sp.Expr | None:
-        """The velocity of a coordinate whose motion is given, None if it is free."""
+        """Return the velocity of a coordinate whose motion is given, None if it is free."""
         return self.motion.velocity() if self.motion is not None and self.motion.direction == label else None
 
     def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
-        """Of the prescribed motion, unless it is a table."""
+        """Return amplitude and frequency of the prescribed motion, unless it is a table."""
         return None if self.motion is None or self.motion.points is not None else SHAKING
 
     def start_positions(self) -> Mapping[str, float]:
-        """Displacements at t = 0 of the coordinates whose motion is given, by label."""
+        """Return the displacements at t = 0 of the coordinates whose motion is given, by label."""
         return {self.motion.direction: self.motion.start()} if self.motion is not None else {}
 
     def check_motion(self) -> None:
-        """The motion is in a direction that the carrier has. Raises ``ValueError(field, sentence)``."""
+        """Check that the motion is in a direction of the carrier. Raises ``ValueError(field, sentence)``."""
         if self.motion is not None and self.motion.direction not in self.labels:
             sentence = f"must be a direction of the carrier: {', '.join(self.labels) or 'it has none'}"
             raise FieldError("motion", sentence, code="direction")
 
 
 def is_negative(value: float | tuple[float, ...] | None) -> bool:
-    """Whether a stiffness or damping, or one of a pair, is below zero."""
+    """True if a stiffness or damping, or one of a pair, is below zero."""
     return any(v < 0 for v in (value if isinstance(value, tuple) else (value or 0.0,)))

@@ -20,7 +20,7 @@ class SwitchablePendulum(Body):
     """A rigid frame on the axis of ``about``, with a mass in a radial guide that a preloaded spring holds at the inner stop.
 
     The angle points from the axis to that mass. Its radius is inner_stop + s; s is the second coordinate, and
-    V = preload s + stiffness s^2/2. The frame's own centre of mass lies opposite. Both stops are compliant (``stop``) with a
+    V = preload s + stiffness s^2/2. The frame's centre of mass lies opposite. Both stops are compliant (``stop``) with a
     restitution; they are 50 times as fast as the speed of activation sqrt(preload/(moving_mass inner_stop)), or have
     ``contact_frequency``.
     """
@@ -50,7 +50,7 @@ class SwitchablePendulum(Body):
     ))  # fmt: skip
 
     def check(self) -> None:
-        """The outer stop is farther out; the frame's inertia is at least that of its unbalance."""
+        """Check that the outer stop is farther out, and that the frame's inertia is at least that of its unbalance."""
         if self.outer_stop <= self.inner_stop:
             raise ValueError("outer_stop", f"must be more than the inner stop, {self.inner_stop:g} m")
         own = self.number(self._frame_moment())
@@ -62,7 +62,7 @@ class SwitchablePendulum(Body):
             raise ValueError("inertia", f"must be at least {least:.6g} kg m^2, {of}")
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The absolute angle, and the displacement of the moving mass outward from the inner stop, in m."""
+        """Return the absolute angle, and the displacement of the moving mass outward from the inner stop, in m."""
         return (*super().coordinates(), Coordinate.named(f"{self.name}.displacement", f"{self.name}.velocity"))
 
     def moment(self) -> sp.Expr:
@@ -82,7 +82,7 @@ class SwitchablePendulum(Body):
         return self._frame_inertia() + self.symbol("moving_mass") * self.symbol("inner_stop") ** 2
 
     def doubts(self) -> tuple[str, ...]:
-        """A frame that is not balanced."""
+        """Return a warning for a frame that is not balanced."""
         left = self.number(self.moment()) - self.permanent_unbalance
         stroke = self.moving_mass * (self.outer_stop - self.inner_stop)
         if abs(left) <= 1e-9 * stroke:
@@ -114,7 +114,7 @@ class SwitchablePendulum(Body):
         return carried + own + stops[0] + stops[1]
 
     def _frame_moment(self) -> sp.Expr:
-        """U_f: the permanent unbalance less what balances the moving mass at its inner stop."""
+        """Return U_f: the permanent unbalance less the moment that balances the moving mass at its inner stop."""
         m, length, moving, inner, own = self.symbols("mass", "length", "moving_mass", "inner_stop", "permanent_unbalance")
         return own - (moving * inner if self.length is None else m * length)
 

@@ -1,4 +1,4 @@
-"""The synchronous motor: the speed of the mains, whatever torque that takes."""
+"""The synchronous motor: the speed of the mains at any torque."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wucht.machines.parts.base import Drive, si
 class Synchronous(Drive):
     """The body turns with the prescribed speed 2 pi f/p: the ideal kinematic characteristic, 002 (2.80).
 
-    The torque that this takes is a result.
+    The required torque is a result.
     """
 
     kind = "synchronous"
@@ -25,7 +25,7 @@ class Synchronous(Drive):
     sense: Literal[1, -1] = Field(1, description="sense of rotation; -1 turns the body backwards")
 
     def check(self) -> None:
-        """A whole number of pole pairs."""
+        """Check for a whole number of pole pairs."""
         if self.pole_pairs != round(self.pole_pairs):
             raise FieldError("pole_pairs", "must be a whole number of pole pairs", code="whole-number")
 

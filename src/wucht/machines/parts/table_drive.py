@@ -1,4 +1,4 @@
-"""The drive of which a characteristic was measured."""
+"""The drive with a measured characteristic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The load of which a characteristic was measured."""
+"""The load with a measured characteristic."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class TableLoad(Load):
     transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_c", TRANSITION, gt=0)
 
     def friction(self) -> float:
-        """The torque T_0 in N m with which the curve begins at speed 0."""
+        """Return the torque T_0 in N m with which the curve begins at speed 0."""
         speed, torque = self.points[0]
         return torque if speed == 0 else 0.0
 
     def both_ways(self) -> tuple[tuple[float, float], ...]:
-        """The points without the dry friction, mirrored if none has a negative speed."""
+        """Return the points without the dry friction, mirrored if none has a negative speed."""
         if self.points[0][0] < 0:
             return self.points
         above = tuple((w, t - self.friction()) for w, t in self.points)

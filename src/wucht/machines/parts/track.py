@@ -1,4 +1,4 @@
-"""Bodies of one track: they cannot pass each other."""
+"""Bodies of one track, which cannot pass each other."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _angle(given: Any) -> float | None:
     return None if given is None else Unit("rad", "angle at the start").parse(given)
 
 
-# Where a motion begins is no parameter of the machine.
+# The start of a motion is not a parameter of the machine.
 Start = Annotated[float | None, BeforeValidator(_angle)]
 
 
@@ -49,7 +49,7 @@ class Tracked(Body):
         return self.diameter
 
     def check_track(self) -> None:
-        """A track needs a diameter. Raises ``ValueError(field, sentence)``."""
+        """Check that a body of a track has a diameter. Raises ``ValueError(field, sentence)``."""
         if self.track is None:
             for key in ("diameter", "restitution"):
                 if getattr(self, key) is not None:
@@ -66,7 +66,7 @@ class Tracked(Body):
 class Track:
     """The bodies of a track, in the order of the file.
 
-    frequency: of its contacts, in rad/s; ``given``: in the file. order: the names, counter-clockwise.
+    frequency: of its contacts, in rad/s; is_frequency_given: in the file. order: the names, counter-clockwise.
     """
 
     name: str

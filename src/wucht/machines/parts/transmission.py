@@ -25,7 +25,7 @@ class Transmission(Described):
     transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_t", TRANSITION, gt=0)
 
     def lost(self, path: str, torque: sp.Expr, speed: sp.Expr) -> sp.Expr:
-        """The torque on the body that the transmission takes, against its speed. torque: of the motor, on the body's side.
+        """Return the loss torque of the transmission on the body, against its speed. torque: of the motor, on the body's side.
 
         A motor that drives brings eta T, one that is driven takes T/eta: in both flows
         L = (b abs(T) + c T sigma) sigma with b = (1/eta - eta)/2, c = 1 - (1/eta + eta)/2 and sigma = sign(speed), which gives
@@ -39,5 +39,5 @@ class Transmission(Described):
         return (b * PiecewiseCubic(torque, ABSOLUTE) + c * torque * sigma) * sigma
 
     def symbol(self, path: str, key: str) -> sp.Symbol:
-        """The symbol of a parameter. path: of the drive."""
+        """Return the symbol of a parameter. path: of the drive."""
         return sp.Symbol(f"{path}.transmission.{key}", real=True)
