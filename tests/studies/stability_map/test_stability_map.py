@@ -206,7 +206,7 @@ def test_curves_of_folds_that_cross() -> None:
 
 def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(*_: Any) -> np.ndarray:
-        raise RunError("no point was found at which both folds coincide")
+        raise RunError("Newton's method does not converge to a point at which both folds coincide")
 
     monkeypatch.setattr(FoldPairs, "near", lost)
     result = two_pairs()
