@@ -212,4 +212,4 @@ def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -
     result = two_pairs()
     assert result.wucht.summary["points"] == []
     assert "where two curves of folds cross near p = " in result.attrs["warnings"]
-    assert "is not located: no point was found" in result.attrs["warnings"]
+    assert "is not located: Newton's method does not converge" in result.attrs["warnings"]

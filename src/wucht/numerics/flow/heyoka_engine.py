@@ -67,7 +67,7 @@ def state_units(system: System) -> np.ndarray:
 def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
     """Return the error of a leg that exhausted its steps between two times."""
     step = (time - begin) / MAX_STEPS
-    return LegError(f"{MAX_STEPS} steps (of {step:.2g} on average) were not enough for one leg", UNKNOWN, samples, step)
+    return LegError(f"{MAX_STEPS} steps were not enough for one leg (of {step:.2g} on average)", UNKNOWN, samples, step)
 
 
 class Translator:
