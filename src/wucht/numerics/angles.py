@@ -13,26 +13,26 @@ _ROUNDING = 1e-9  # rad
 Arc = tuple[float, float]
 TURN = 2 * math.pi
 STEP = TURN / 4096
-GRID = np.arange(4096) * STEP  # rad: what is narrower than 0.09 deg may be missed
+GRID = np.arange(4096) * STEP  # rad: features narrower than 0.09 deg may be missed
 _GOLDEN = (math.sqrt(5) - 1) / 2
-_LEVEL = 1e-13  # of the largest value: what differs by less from sample to sample is rounding
+_LEVEL = 1e-13  # of the largest value: a smaller difference from sample to sample is rounding
 
 
 def wrapped(angle: Any) -> np.ndarray:
-    """Angles in [0, 2 pi), what is a rounding below a whole turn being 0. Of any shape."""
+    """Return angles in [0, 2 pi), of any shape; one that is a rounding error below a whole turn becomes 0."""
     angles = np.remainder(angle, 2 * np.pi)
     return np.where(2 * np.pi - angles > _ROUNDING, angles, 0.0)
 
 
 def within_half_a_turn(angle: Any) -> np.ndarray:
-    """Angles in [-pi, pi), of any shape."""
+    """Return angles in [-pi, pi), of any shape."""
     return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
 
 
 def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
-    """Where a function (k,) -> (k,) is least between a and b (k,), each by itself, where it has one valley there.
+    """Return the minimisers (k,) of a function (k,) -> (k,) between a and b (k,), each interval having one minimum.
 
-    By golden sections: the function may jump or have a kink.
+    The search is by golden sections: the function may jump or have a kink.
     """
     c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
     at_c, at_d = function(c), function(d)
@@ -47,10 +47,10 @@ def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int
 
 
 def valleys(function: RealFunction, values: np.ndarray | None = None, below: float = math.inf) -> tuple[np.ndarray, np.ndarray]:
-    """Angles in [0, 2 pi) at which a function (N,) -> (N,) of period 2 pi has its minima, and these (k,), at least one.
+    """Return the angles in [0, 2 pi) of the minima of a function (N,) -> (N,) of period 2 pi, and these (k,), at least one.
 
-    values: of the function on ``GRID``, where they are known. below: only minima that are lower there, and the lowest. One that
-    jumps has its minima there on the lower side.
+    values: the function on ``GRID``, if already computed. below: return only minima lower than this, and the lowest. At a jump
+    the minimum is taken on the lower side.
     """
     y = function(GRID) if values is None else values
     i = _dips(y)
@@ -63,9 +63,9 @@ def valleys(function: RealFunction, values: np.ndarray | None = None, below: flo
 
 
 def _dips(y: np.ndarray) -> np.ndarray:
-    """The indices (k,) of the samples (N,) of a turn that are lower than their neighbours, of a level stretch the first one.
+    """Return the indices (k,) of the samples (N,) of a turn that are lower than their neighbours.
 
-    A stretch that is level but for rounding counts once: a circle would have a thousand minima.
+    A stretch that is level but for rounding counts once, at its first sample: else a circle would have a thousand minima.
     """
     steps = np.flatnonzero(~(np.abs(y - np.roll(y, 1)) <= _LEVEL * np.abs(y[np.isfinite(y)]).max(initial=0.0)))
     z = y[steps]
@@ -73,9 +73,9 @@ def _dips(y: np.ndarray) -> np.ndarray:
 
 
 def arcs_below_zero(function: RealFunction, minima: np.ndarray | None = None) -> tuple[Arc, ...]:
-    """The arcs in rad on which a function of period 2 pi is negative, their ends to the last bit, in order of their begins.
+    """Return the arcs in rad on which a function of period 2 pi is negative, exact to the last bit, ordered by their starts.
 
-    Begins lie in [0, 2 pi), ends after them. A whole turn is (0, 2 pi). minima: angles of its ``valleys``, where known.
+    Starts lie in [0, 2 pi), ends after them. A whole turn is (0, 2 pi). minima: the angles of its ``valleys``, if known.
     """
     minima = valleys(function)[0] if minima is None else minima
     at = np.unique(np.concatenate([GRID, minima]))

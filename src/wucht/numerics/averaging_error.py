@@ -2,7 +2,7 @@
 
 Suprema over a box of states are taken over a grid in it, its faces and corners included: they approach the true ones from below
 as the grid is refined. (3.13) as printed holds at whole periods; within one, the integral of X - <X> over the part of the
-period is missing (x' = epsilon cos t has lambda = 0 and yet an error epsilon sin t). ``bound`` adds it: it is delta(epsilon).
+period is missing (x' = epsilon cos t has lambda = 0 and yet an error epsilon sin t). ``error_bound`` adds it, delta(epsilon).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _STEPS_A_UNIT = 128
 
 @dataclass(frozen=True)
 class AveragingError:
-    """Estimates over a box of states. All norms are Euclidean.
+    """Error estimates over a box of states. All norms are Euclidean.
 
     epsilon: the small parameter. bound_of_rate: M, sup |X| (3.7). lipschitz: lambda, sup |dX/dx| (3.8), spectral norm.
     delta: (3.12). period: T, or None where X is not periodic.
@@ -39,23 +39,25 @@ class AveragingError:
 
     @property
     def order(self) -> float:
-        """delta^(1/2): the order of the error over times 1/epsilon for any X with a mean (3.11)."""
+        """Order delta^(1/2) of the error over times 1/epsilon for any X with a mean (3.11)."""
         return math.sqrt(self.delta)
 
     def at_periods(self, time: np.ndarray | float) -> np.ndarray:
-        """(3.13) as printed, 2 lambda M epsilon^2 T^2 (N + 1) exp(epsilon lambda t), N T <= t < (N + 1) T: right at t = N T.
+        """Evaluate (3.13) as printed, 2 lambda M epsilon^2 T^2 (N + 1) exp(epsilon lambda t), N T <= t < (N + 1) T.
+
+        It is right at t = N T.
 
         time: since the start, any shape. Raises ``WuchtError`` where X has no period.
         """
         if self.period is None:
-            raise WuchtError("the bound (3.13) is one for periodic right-hand sides: this one has no period", code="no-period")
+            raise WuchtError("the bound (3.13) holds for periodic right-hand sides: this one has no period", code="no-period")
         t, e = np.asarray(time, float), self.epsilon
         whole = np.floor(t / self.period * (1 + 1e-12)) + 1  # a time N T that is rounded down still counts as the N-th
         bound = 2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
         return np.asarray(bound)
 
     def bound(self, time: np.ndarray | float) -> np.ndarray:
-        """A bound of |x - y| at any time since a common start (any shape): (3.13) and delta exp(epsilon lambda t)."""
+        """Return a bound of |x - y| at any time since a common start (any shape): (3.13) plus delta exp(epsilon lambda t)."""
         grown = self.delta * np.exp(self.epsilon * self.lipschitz * np.asarray(time, float))
         return np.asarray(self.at_periods(time) + grown)
 
@@ -71,14 +73,14 @@ def averaging_error(
     points: int = 5,
     steps: int | None = None,
 ) -> AveragingError:
-    """Evaluate M, lambda and delta(epsilon) of a System in standard form and the averaged System that belongs to it.
+    """Evaluate M, lambda and delta(epsilon) of a System in standard form and its averaged System.
 
     small: the name of epsilon among the parameters. values: of all parameters, by name. box: lowest and highest value of each
     state, by name. period: T in the unit of time, where there is one. length: L, the times are up to L/epsilon (without a
-    period). points: in the grid, along each state. steps: in time, 128 a unit of time or a period if left out.
+    period). points: grid points along each state. steps: in time, by default 128 per period or unit of time.
 
     Raises ``WuchtError`` for a parameter or state without a value, for an epsilon, period, length, number of points or of steps
-    that is not positive, and for what is not finite.
+    that is not positive, and where the right-hand side is not finite.
     """
     for name, given in (("period", period), ("length", length), ("points", points), ("steps", steps)):
         if given is not None and not (given > 0 and math.isfinite(given)):
@@ -102,7 +104,7 @@ def averaging_error(
     largest = steepest = furthest = 0.0
     for state in itertools.product(*axes):
         at = time, np.repeat(np.array(state)[:, None], len(time), axis=1)
-        with np.errstate(all="ignore"):  # what is not finite is reported below
+        with np.errstate(all="ignore"):  # values that are not finite are reported below
             X = rate.array(*at, parameters) / epsilon
             J = slope.array(*at, parameters).reshape(n, n, -1) / epsilon
             difference = X - mean.array(*at, of_mean) / epsilon
@@ -118,7 +120,7 @@ def averaging_error(
 
 
 def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """int_0^t at every second time by Simpson's rule. values: (n, N + 1), N even. Returns (n, N/2 + 1)."""
+    """Integrate from 0 to every second time by Simpson's rule. values: (n, N + 1), N even. Returns (n, N/2 + 1)."""
     h = time[1] - time[0]
     parts = h / 3 * (values[:, :-2:2] + 4 * values[:, 1:-1:2] + values[:, 2::2])
     return np.concatenate([np.zeros((len(values), 1)), np.cumsum(parts, axis=1)], axis=1)

@@ -11,19 +11,19 @@ import numpy as np
 
 from wucht.numerics.zeros_and_peaks import crossings
 
-_MANY, _DENSE = 64, 16  # harmonics whose companion matrix takes too long; looked at so densely they show their extrema
-_BLOCK = 16  # powers of a wave that are multiplied out; of their highest the further ones follow by Horner's scheme
-_TINY = 1e-280  # no function at all
-_NEGLIGIBLE = 1e-15  # of the largest coefficient: highest harmonics that are rounding only blow up a companion matrix
+_MANY, _DENSE = 64, 16  # harmonics whose companion matrix takes too long; samples per harmonic that resolve all extrema
+_BLOCK = 16  # powers of a wave that are multiplied out; higher ones follow from the last of them by Horner's scheme
+_TINY = 1e-280  # amplitude of a function that counts as zero
+_NEGLIGIBLE = 1e-15  # of the largest coefficient: smaller highest harmonics are rounding that spoils a companion matrix
 
 
 def even_angles(count: int) -> np.ndarray:
-    """Angles (count,) of a turn, evenly spaced from 0."""
+    """Return angles (count,) of a turn, evenly spaced from 0."""
     return 2 * math.pi * np.arange(count) / count
 
 
 def differentiation(count: int, order: int = 1) -> np.ndarray:
-    """The matrix (n, n) that differentiates samples at ``even_angles``, n even; all harmonics below n/2 exactly.
+    """Return the matrix (n, n) that differentiates samples at ``even_angles``, n even; exact for harmonics below n/2.
 
     L. N. Trefethen, Spectral Methods in MATLAB, SIAM 2000, chapter 3.
     """
@@ -34,7 +34,7 @@ def differentiation(count: int, order: int = 1) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Harmonics:
-    """mean: c0. cosine, sine: A_k, B_k (N,), the first harmonic first; all in the unit of the function."""
+    """A periodic function. mean: c0. cosine, sine: A_k, B_k (N,), the first harmonic first; in the unit of the function."""
 
     mean: float
     cosine: np.ndarray
@@ -42,19 +42,19 @@ class Harmonics:
 
     @classmethod
     def of(cls, mean: float, cosine: Sequence[float] | np.ndarray = (), sine: Sequence[float] | np.ndarray = ()) -> Self:
-        """From lists of coefficients, the shorter one filled up with zeros."""
+        """Build the function from lists of coefficients, the shorter one padded with zeros."""
         count = max(len(cosine), len(sine))
         a, b = (np.append(np.asarray(c, float), np.zeros(count - len(c))) for c in (cosine, sine))
         return cls(float(mean), a, b)
 
     @classmethod
     def sampled(cls, values: np.ndarray) -> Self:
-        """Of samples (M,) at x = 2 pi k/M: all harmonics below M/2."""
+        """Compute all harmonics below M/2 from samples (M,) at x = 2 pi k/M."""
         spectrum = np.fft.rfft(values)[: (len(values) + 1) // 2] / len(values)
         return cls(float(spectrum[0].real), 2 * spectrum[1:].real, -2 * spectrum[1:].imag)
 
     def __call__(self, x: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """The derivative of an order at x (any shape)."""
+        """Evaluate the derivative of an order at x (any shape)."""
         coefficients = self._coefficients(order)
         blocks, width = coefficients.shape
         powers = np.cumprod(np.exp(1j * np.asarray(x, float))[..., np.newaxis].repeat(width, axis=-1), axis=-1)
@@ -65,7 +65,7 @@ class Harmonics:
         return np.asarray(total.real + (self.mean if order == 0 else 0.0))
 
     def _coefficients(self, order: int) -> np.ndarray:
-        """Of the powers of exp(ix), of the derivative of an order: in blocks, the rest of the last one zero."""
+        """Return the coefficients of powers of exp(ix) of a derivative, in blocks, the last one padded with zeros."""
         width, k = min(_BLOCK, max(self.count, 1)), np.arange(1, self.count + 1)
         coefficients = np.zeros((-(-max(self.count, 1) // width), width), complex)
         coefficients.flat[: self.count] = (1j * k) ** order * (self.cosine - 1j * self.sine)
@@ -73,37 +73,38 @@ class Harmonics:
 
     @property
     def count(self) -> int:
-        """N."""
+        """Number N of harmonics."""
         return len(self.cosine)
 
     @property
     def amplitudes(self) -> np.ndarray:
-        """sqrt(A_k^2 + B_k^2) (N,)."""
+        """Amplitudes sqrt(A_k^2 + B_k^2) (N,)."""
         return np.asarray(np.hypot(self.cosine, self.sine))
 
     def derivative(self, order: int = 1) -> Harmonics:
-        """The derivative of an order, 0 or more, by x."""
+        """Differentiate by x, to an order of 0 or more."""
         series, k = self, np.arange(1, self.count + 1)
         for _ in range(order):
             series = Harmonics(0.0, k * series.sine, -k * series.cosine)
         return series
 
     def without_rounding(self, share: float = _NEGLIGIBLE) -> Harmonics:
-        """Without the highest harmonics that are all smaller than a share of the largest value."""
+        """Drop the highest harmonics that are all smaller than a share of the largest value."""
         limit = share * max(abs(self.mean), float(self.amplitudes.max(initial=0.0)))
         last = int(np.flatnonzero(self.amplitudes > limit).max(initial=-1)) + 1
         return Harmonics(self.mean, self.cosine[:last], self.sine[:last])
 
     def shifted(self, by: float) -> Harmonics:
-        """f(x - by)."""
+        """Return f(x - offset)."""
         turned = (self.cosine - 1j * self.sine) * np.exp(-1j * by * np.arange(1, self.count + 1))
         return Harmonics(self.mean, turned.real, -turned.imag)
 
     def stationary(self) -> np.ndarray:
-        """Angles in [0, 2 pi), in order, among which are all where the function has an extremum.
+        """Return angles in [0, 2 pi), in order, that include all extrema of the function.
 
-        The arguments of all roots of z^N f' as a polynomial, from its companion matrix. Roots off the unit circle are kept: a
-        double one is not found on it, and a further point to look at does no harm. Of many harmonics the changes of sign of f'.
+        They are the arguments of all roots of z^N f' as a polynomial, from its companion matrix. Roots off the unit circle are
+        included: a double one is not computed on it, and a further candidate does no harm. For many harmonics they are the
+        changes of sign of f'.
         """
         slope = self.derivative()
         last = np.flatnonzero(slope.amplitudes > _NEGLIGIBLE * slope.amplitudes.max(initial=_TINY))
@@ -117,11 +118,11 @@ class Harmonics:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest value, exactly."""
+        """Least and greatest value, exactly."""
         values = self(self.stationary())
         return float(values.min()), float(values.max())
 
     @property
     def peak(self) -> float:
-        """The largest magnitude."""
+        """Largest magnitude."""
         return max(map(abs, self.bounds))

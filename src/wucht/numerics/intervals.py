@@ -24,10 +24,10 @@ _MONOTONE: dict[type, Callable[[np.ndarray], np.ndarray]] = {
 
 
 def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.ndarray) -> Interval:
-    """Lower and upper bounds (N,) of an expression in one symbol on the intervals [low, high] (N,).
+    """Return lower and upper bounds (N,) of an expression in one symbol on the intervals [low, high] (N,).
 
-    It may hold sums, products, integer powers, tanh and piecewise cubics; of these, where they jump, both values are inside.
-    Infinite where a denominator may vanish. Raises ``WuchtError`` for anything else.
+    It may contain sums, products, integer powers, tanh and piecewise cubics; where these jump, both values are included.
+    Bounds are infinite where a denominator may vanish. Raises ``WuchtError`` for any other function.
     """
     e = sp.sympify(expression)
     if e == symbol:
@@ -50,7 +50,7 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
 
 
 def cubics_of(pieces: Pieces, a: Interval) -> Interval:
-    """The values at both ends, and in between at breakpoints, from both sides, and where the slope is zero."""
+    """Bound a piecewise cubic by its values at both ends, at breakpoints from both sides, and where the slope is zero."""
     with np.errstate(all="ignore"):
         ends = np.array([np.where(np.isfinite(x), pieces(x), np.nan) for x in a])
     at, values = _extremes(pieces)
@@ -63,7 +63,7 @@ def cubics_of(pieces: Pieces, a: Interval) -> Interval:
 
 @lru_cache(maxsize=64)
 def _extremes(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
-    """Where a value can be extreme inside an interval (k,), and the value there (k,)."""
+    """Return the places (k,) at which a value can be extreme inside an interval, and these values (k,)."""
     borders, candidates = (-np.inf, *pieces.breakpoints, np.inf), []
     for origin, row, begin, end in zip(pieces.origins, pieces.coefficients, borders[:-1], borders[1:], strict=True):
         cubic = np.polynomial.Polynomial(row)
@@ -79,7 +79,7 @@ def sum_of(a: Interval, b: Interval) -> Interval:
 
 
 def product_of(a: Interval, b: Interval) -> Interval:
-    """Bounds of a product; what is infinite times zero is zero."""
+    """Bounds of a product; infinity times zero is zero."""
     with np.errstate(invalid="ignore"):
         products = np.nan_to_num(np.array([x * y for x in a for y in b]), nan=0.0, posinf=np.inf, neginf=-np.inf)
     return products.min(axis=0), products.max(axis=0)
@@ -101,14 +101,14 @@ def reciprocal_of(a: Interval) -> Interval:
 
 
 def bounds(program: Program, constants: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper bounds (k, N) of a program's k results over N boxes.
+    """Return lower and upper bounds (k, N) of a program's k results over N boxes.
 
     Parameters
     ----------
     program : Program
-        Of n states, without the time.
+        With n states, without the time.
     constants : ndarray
-        Its constants' values.
+        The values of its constants.
     low, high : ndarray, (n, N)
 
     Returns
@@ -176,7 +176,7 @@ def _power(base: Interval, exponent: sp.Expr, e: sp.Expr) -> Interval:
         return power if exponent > 0 else reciprocal_of(power)
     if not exponent.is_number:
         raise WuchtError(f"no bounds are known of {e}")
-    p = float(exponent)  # of what is positive: it rises or falls
+    p = float(exponent)  # the base is positive: the power is monotone
     ends = base[0] ** p, base[1] ** p
     return ends if p > 0 else (ends[1], np.where(base[0] > 0, ends[0], np.inf))
 

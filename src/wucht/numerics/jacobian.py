@@ -1,10 +1,10 @@
 """System -> its right-hand side together with the exact Jacobian, as one program, compiled by heyoka where that is installed.
 
-Forward differentiation through the System's definitions: each definition is differentiated once by each symbol that it uses
+Forward differentiation through the System's definitions: each definition is differentiated once by each symbol in it
 (``p``), and the chain rule adds products of symbols (``d``), so that no expression grows: A. Griewank, A. Walther, "Evaluating
 Derivatives", SIAM 2008, section 3.1.
 
-The variational equations say what small changes of a motion become: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear
+The variational equations govern small changes of a motion: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear
 Dynamics", Wiley 1995, sections 3.2, 5.2.
 """
 
@@ -26,16 +26,16 @@ from wucht.system import System, needed_definitions
 
 @dataclass(frozen=True)
 class Jacobian:
-    """f, df/dx and df/dp of a System; made by ``Jacobian.of``, called with states and parameters.
+    """Functions f, df/dx and df/dp of a System; made by ``Jacobian.of``, called with states and parameters.
 
     Attributes
     ----------
     system : System
         With n states; its quadratures and outputs are left out.
-    along : tuple of str
+    parameter_names : tuple of str
         The names of the k parameters p.
     program : Program
-        One and the same whatever the parameter values.
+        Independent of the parameter values.
     places : tuple of (int, int)
         Row and column of each entry of (df/dx, df/dp) that is not identically zero.
     """
@@ -47,12 +47,12 @@ class Jacobian:
 
     @classmethod
     def of(cls, system: System, along: Sequence[str] = ()) -> Jacobian:
-        """The Jacobian of a System.
+        """Build the Jacobian of a System.
 
         Parameters
         ----------
         system : System
-        along : sequence of str
+        parameter_names : sequence of str
             The names of the parameters p by which to differentiate as well.
 
         Raises
@@ -99,7 +99,7 @@ class Jacobian:
             Not a number where the equations cannot be evaluated (a division by zero).
         """
         x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameters)
-        shape = x.shape[1:]  # of one state where ``at`` calls
+        shape = x.shape[1:]  # empty for one state, as from ``values_at``
         if self._compiled is not None:
             fixed = np.tile(constants[:, None], shape) if shape else constants
             values = self._compiled(x, pars=fixed, time=np.full(shape, time) if shape else time)
@@ -114,7 +114,7 @@ class Jacobian:
         return numbers[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
     def bound(self, parameters: Numbers) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
-        """The same at fixed parameters and time 0, with the least work a call: x (n,) or (n, N) -> f and df/dx as above.
+        """Return the function at fixed parameters and time 0, with the least work per call: x (n,) or (n, N) -> f and df/dx.
 
         Raises ``RunError`` where the equations cannot be evaluated at these parameters.
         """
@@ -144,15 +144,15 @@ class Jacobian:
     def at(
         self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,), as above."""
+        """Evaluate f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,)."""
         return self(np.asarray(state, float), parameters, time)
 
 
 class Tangent:
-    """Definitions with those of their derivatives among them: forward differentiation along some directions.
+    """Definitions together with those of their derivatives: forward differentiation along some directions.
 
-    known: d symbol / d direction where it is not zero, by the directions' numbers; of the independent symbols at first.
-    lines: the definitions and their derivatives, in order.
+    known_derivatives: d symbol / d direction where it is not zero, by the directions' numbers; at first of the independent
+    symbols. lines: the definitions and their derivatives, in order.
     """
 
     def __init__(self, known: dict[sp.Symbol, dict[int, sp.Expr]], definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> None:
@@ -167,7 +167,7 @@ class Tangent:
                 known[symbol] = {j: self._named(e, f"{self._total}[{symbol.name}][{j}]") for j, e in derivatives.items()}
 
     def of(self, expression: sp.Expr, label: str) -> dict[int, sp.Expr]:
-        """The derivatives of an expression by the directions on which it depends."""
+        """Return the derivatives of an expression by the directions on which it depends."""
         terms: dict[int, list[sp.Expr]] = {}
         for used in sorted(expression.free_symbols & self.known.keys(), key=lambda s: s.name):
             partial = self._named(sp.diff(expression, used), f"{self._partial}[{label}][{used.name}]")
@@ -184,7 +184,7 @@ class Tangent:
 
 
 def _free_prefix(letter: str, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> str:
-    """Of names for derivatives: a letter, repeated until no definition has it, as those of a first differentiation have."""
+    """Return a prefix of names for derivatives: a letter, repeated until no definition begins with it."""
     names, prefix = [symbol.name for symbol, _ in definitions], letter
     while any(name.startswith(f"{prefix}[") for name in names):
         prefix += letter
@@ -193,9 +193,9 @@ def _free_prefix(letter: str, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) 
 
 @lru_cache(maxsize=16)
 def variational(system: System, columns: int = 1) -> System:
-    """The System together with its linearisation: states (x, dx_1, dx_2, ...), d(dx_j)/dt = (df/dx) dx_j.
+    """Build the System together with its linearisation: states (x, dx_1, dx_2, ...), d(dx_j)/dt = (df/dx) dx_j.
 
-    columns: how many changes dx_j are carried along. No outputs, no quadratures.
+    columns: the number of changes dx_j. It has no outputs and no quadratures.
     """
     moves = [[sp.Symbol(f"d[{s.name}][{j}]", real=True) for s in system.states] for j in range(columns)]
     rates = tuple(sp.sympify(d) for d in system.derivatives)

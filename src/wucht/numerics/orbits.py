@@ -1,8 +1,8 @@
 """Periodic motions of a System with rotating angles, and the multipliers that decide on their stability.
 
 In a synchronous motion every angle advances, in one period, by a given number of turns, and all else repeats:
-x(T) = x(0) + advance. From nearby it is found by Newton's method on integrated motions (``exact_orbits``); from farther away,
-and where it is very unstable, by collocation first (``closing``). It may be one of a family (``families``).
+x(T) = x(0) + advance. From nearby it is computed by Newton's method on integrated motions (``exact_orbits``); from farther
+away, and where it is very unstable, by collocation first (``closing``). It may be one of a family (``families``).
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from wucht.system import System
 
 _TOLERANCE = 1e-10  # the largest |x(T) - x(0) - advance| allowed, relative to the size of each state
 _FEW_SAMPLES, _MANY_SAMPLES = 64, 2048  # of one period: for sizes and jumps, for collocation
-_FEW_LEGS, _MANY_LEGS = 1, 32  # of a period, integrated each on its own: of a run, of samples
-_NEARLY = 1e-4  # of the states' sizes: an orbit that misses itself by less is as good as found
-_VANISHED = 1e-3  # of its size in the guess: a state that is less on the orbit is at rest there
+_FEW_LEGS, _MANY_LEGS = 1, 32  # of a period, integrated separately: of a run, of samples
+_NEARLY = 1e-4  # of the states' sizes: an orbit with a smaller gap is nearly converged
+_VANISHED = 1e-3  # of its size in the guess: a state that is smaller on the orbit is at rest there
 _NEGLIGIBLE = 1e-8  # share of the largest state below which a state counts as at rest
-_AT_REST = 1e-9  # of the states' sizes: what moves by less in a period has no phase
+_AT_REST = 1e-9  # of the states' sizes: a motion of less in a period has no phase
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class PeriodicOrbit:
     period : float
         T, in the unit of time.
     advance : ndarray, (n,)
-        What each state gains in a period.
+        The gain of each state in a period.
     logarithms : ndarray of complex, (n,)
         ln mu of the Floquet multipliers, the largest first, the imaginary parts within pi: right where mu is tiny or huge.
     monodromy : ndarray, (n, n)
@@ -57,7 +57,7 @@ class PeriodicOrbit:
         x(T) - x(0) - advance in the directions in which no change of x(0) or T closes the motion: rounding, or the creep along
         directions that were left open.
     residual : float
-        The largest of the gap, and of what is missed elsewhere, each state by its own size.
+        The largest of the gap, and of the error elsewhere, each state relative to its size.
     """
 
     time: float
@@ -71,25 +71,25 @@ class PeriodicOrbit:
 
     @property
     def multipliers(self) -> np.ndarray:
-        """Floquet's (n,), the largest first. A phase that nothing fixes and each direction of a family have one that is 1."""
+        """Floquet multipliers (n,), the largest first. A free phase and each direction of a family have one that is 1."""
         return np.asarray(np.exp(self.logarithms))
 
     @property
     def exponents(self) -> np.ndarray:
-        """The Floquet exponents ln(mu)/T (n,), the imaginary parts within half the orbit's frequency; -inf where mu = 0."""
+        """Floquet exponents ln(mu)/T (n,), the imaginary parts within half the orbit's frequency; -inf where mu = 0."""
         return np.asarray(self.logarithms / self.period)
 
     def nontrivial(self, trivial: int) -> np.ndarray:
-        """The multipliers without those ``trivial`` ones that lie nearest to 1, the largest first."""
+        """Return the multipliers without those ``trivial`` ones that lie nearest to 1, the largest first."""
         return np.asarray(np.exp(self.nontrivial_logarithms(trivial)))
 
     def nontrivial_logarithms(self, trivial: int) -> np.ndarray:
-        """ln mu of the same."""
+        """Return ln mu of the same multipliers."""
         nearest = np.argsort(np.abs(np.expm1(self.logarithms)), kind="stable")[:trivial]
         return np.delete(self.logarithms, nearest)
 
     def creep(self, trivial: int) -> np.ndarray:
-        """What each state (n,) gains a period along the directions of the ``trivial`` multipliers, all else having decayed.
+        """Return the gain of each state (n,) per period along the directions of the ``trivial`` multipliers, in the long run.
 
         That is the gap's part in their invariant subspace: a spectral projector commutes with the monodromy matrix.
         """
@@ -111,11 +111,11 @@ def periodic_orbit(
     time: float = 0.0,
     most_steps: int = 25,
 ) -> PeriodicOrbit:
-    """The periodic motion near a guess, to |x(T) - x(0) - advance| <= 1e-10 of the size of each state.
+    """Solve for the periodic motion near a guess, to |x(T) - x(0) - advance| <= 1e-10 of the size of each state.
 
     Parameters
     ----------
-    compiled : CompiledSystem
+    compiled_system : CompiledSystem
         n states; its quadratures, outputs and events are left out.
     parameters : sequence of float, or mapping by name
         The System's parameters.
@@ -125,20 +125,20 @@ def periodic_orbit(
     period : float
         In the unit of time; a guess too where it is free (an autonomous System).
     advance : array_like, (n,)
-        What each state gains in a period: 2 pi a turn for an angle, zero for what repeats.
+        The gain of each state in a period: 2 pi per turn of an angle, zero for states that repeat.
     free_period : bool
-        Whether the period is unknown.
+        True if the period is unknown.
     phase_state : int, optional
         The state that keeps its value of the guess. Where the period is free one must, by default the first that advances;
         where it is given, name one if the equations do not depend on time, else the nearest phase is returned.
     left_open : int
-        How many directions of a family that a small term breaks: along them the motion may creep: x(T) - x(0) - advance
-        is the sum of s_i l_i, the l_i those directions of its left side that no change of x(0) and T reaches; what is returned
-        as ``PeriodicOrbit.gap``, and, of what it becomes in the long run, as ``PeriodicOrbit.creep``.
+        The number of directions of a family that a small term breaks: along them the motion may creep: x(T) - x(0) - advance
+        is the sum of s_i l_i, the l_i those directions of its left side that no change of x(0) and T reaches. It is returned
+        as ``PeriodicOrbit.gap``, and its long-run effect as ``PeriodicOrbit.creep``.
     time : float
         At which the period begins.
     most_steps : int
-        Of Newton's method.
+        Of Newton's method, at most.
 
     Returns
     -------
@@ -167,13 +167,13 @@ def periodic_orbit(
         orbit, closing = equations.closed(samples, motion, closing, most_steps)
     except RunError as error:
         equations.refuse_jumps(motion, duration)
-        raise RunError(f"no periodic motion was found: {error}", code="no-convergence") from None
+        raise RunError(f"no periodic motion could be computed: {error}", code="no-convergence") from None
     equations.refuse_jumps(equations.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES), orbit.period)
     residual = max(orbit.residual, closing.missed(orbit.gap))
     if not (orbit.residual <= _TOLERANCE and (left_open or residual <= _TOLERANCE)):
         raise WuchtError(
-            f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
-            f"more than {_TOLERANCE:g}",
+            f"no periodic motion could be computed: after {most_steps} steps of Newton's method the residual is "
+            f"{residual:.2g}, more than {_TOLERANCE:g}",
             code="too-many-steps",
         )
     logs = equations.multipliers(orbit, closing, residual <= _TOLERANCE)
@@ -184,14 +184,14 @@ def periodic_orbit(
 def _held(
     system: System, samples: np.ndarray, period: float, advance: np.ndarray, free_period: bool, phase_state: int | None
 ) -> tuple[int, ...]:
-    """The states that keep their values of the guess. Raises ``WuchtError`` where the arguments do not fit."""
+    """Return the states that keep their values of the guess. Raises ``WuchtError`` where the arguments do not fit."""
     n = len(system.states)
     if len(samples) != n or advance.shape != (n,) or not (np.isfinite(samples).all() and np.isfinite(advance).all()):
         raise WuchtError(
             f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance", code="shape"
         )
     if not (math.isfinite(period) and period > 0):
-        raise WuchtError(f"the period of a periodic motion is positive, not {period}", code="period")
+        raise WuchtError(f"the period of a periodic motion must be positive, not {period}", code="period")
     if phase_state is not None and phase_state not in range(n):
         raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}", code="no-state")
     if free_period and system.depends_on_time:
@@ -202,14 +202,14 @@ def _held(
         return () if phase_state is None else (phase_state,)
     if not advance.any():
         raise WuchtError(
-            "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances",
+            "a periodic motion with a free period needs phase_state, a state with a fixed start value: no state advances",
             code="phase-state",
         )
     return (int(np.flatnonzero(advance)[0]),)
 
 
 def _sizes(states: np.ndarray, advance: np.ndarray) -> np.ndarray:
-    """The size of each state over a period (n,): that of an angle that advances is 1, of a state at rest too."""
+    """Return the size of each state over a period (n,): 1 for an angle that advances and for a state at rest."""
     size = np.abs(states).max(axis=1)
     return np.where((size > _NEGLIGIBLE * size.max(initial=0.0)) & (advance == 0), size, 1.0)
 
@@ -223,16 +223,16 @@ class _Equations:
     time: float
 
     def run(self, x: np.ndarray, duration: float, count: int) -> np.ndarray:
-        """States (n, count + 1) from x over a period. Raises ``RunError`` where the integration fails."""
+        """Integrate states (n, count + 1) from x over a period. Raises ``RunError`` where the integration fails."""
         run = integrate(self.plain, x, self.parameters, self.time + np.linspace(0.0, duration, count + 1)).uninterrupted()
         if run.failure is not None:
-            raise RunError(f"no periodic motion was found: {run.failure}")
+            raise RunError(f"no periodic motion could be computed: {run.failure}")
         return run.states
 
     def closed(self, samples: np.ndarray, motion: np.ndarray, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
-        """The orbit near a motion, by integration alone where that is enough, else by collocation first; with its own sizes.
+        """Close the orbit near a motion, by integration alone where that suffices, else by collocation first; with its sizes.
 
-        samples (n, K): as they were given, of a period or the start alone. motion (n, K'): of a period.
+        samples (n, K): as given, of a period or the start alone. motion (n, K'): of a period.
         """
         alone, last = samples.shape[1] == 1, motion.shape[1] - 1
         legs = np.linspace(0, last, min(_FEW_LEGS if alone else _MANY_LEGS, last) + 1).round().astype(int)
@@ -244,14 +244,14 @@ class _Equations:
             motion = self.run(samples[:, 0], closing.period, _MANY_SAMPLES)
         try:
             near = closed(self.plain.system, self.parameters, self.time, motion, closing, most_steps)
-        except RunError:  # a motion that is bent so that it is closed may lie nearer
+        except RunError:  # a motion that is deformed until it is closed may lie nearer
             missed = motion[:, -1] - motion[:, 0] - closing.advance
             bent = motion - missed[:, None] * np.linspace(0.0, 1.0, motion.shape[1])
             near = closed(self.plain.system, self.parameters, self.time, bent, closing, most_steps)
         return self._exact(near, closing, most_steps)
 
     def _exact(self, near: Closed, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
-        """By integration. A state that is at rest on the orbit but was not in the guess is given the size that it has there."""
+        """Close the orbit by integration. A state that is at rest on the orbit but not in the guess gets its size there."""
         orbit = exact(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
         if _TOLERANCE < orbit.residual < _NEARLY:
             legs = len(orbit.times) - 1
@@ -263,7 +263,7 @@ class _Equations:
         return orbit, closing
 
     def multipliers(self, orbit: ExactOrbit, closing: Closing, repeats: bool) -> np.ndarray:
-        """ln mu (n,), the largest first. repeats: whether it is closed, so that a phase that nothing fixes has mu = 1."""
+        """Return ln mu (n,), the largest first. repeats: true if the orbit is closed, so that a free phase has mu = 1."""
         maps, flow = finer(self.plain, self.parameters, self.time, orbit, closing.sizes)
         moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
         if repeats and moves and not self.plain.system.depends_on_time:
@@ -273,7 +273,7 @@ class _Equations:
         return logs[np.lexsort((-logs.imag, -np.round(logs.real, 12)))]
 
     def refuse_jumps(self, motion: np.ndarray, duration: float) -> None:
-        """Raises ``WuchtError`` where a piecewise function jumps within a period: states (n, K), evenly spaced."""
+        """Raise ``WuchtError`` where a piecewise function jumps within a period: states (n, K), evenly spaced."""
         system = self.plain.system
         expressions = [*system.derivatives, *(e for _, e in system.definitions)]
         functions = {p for e in expressions for p in sp.sympify(e).atoms(PiecewiseCubic) if p.args[1].jumps()}

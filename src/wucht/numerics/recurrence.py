@@ -1,4 +1,4 @@
-"""Whether the end of a run repeats itself: after what time its last state returns, and after how many turns of angles."""
+"""Recurrence at the end of a run: the time after which its last state returns, and the turns of angles in it."""
 
 from __future__ import annotations
 
@@ -8,38 +8,38 @@ from dataclasses import dataclass
 import numpy as np
 
 _TURN = 2 * math.pi
-_RETURNS = 0.01  # of the largest distance that the motion has from its last state: so near it returns
-_LEAVES = 0.2  # likewise: so far it goes before it returns
-_SMALL = 1e-4  # of a radian, or of a state's own size: what moves less does not count
+_RETURNS = 0.01  # of the largest distance of the motion from its last state: a return comes nearer
+_LEAVES = 0.2  # likewise: between returns it goes farther
+_SMALL = 1e-4  # of a radian, or of a state's size: a smaller motion does not count
 _SAME = 0.02  # relative: a second period that lasts as long as the first
 _STEADY = 1e-6  # of a radian, or of a state's size
 
 
 @dataclass(frozen=True)
 class Recurrence:
-    """period: the time from one return to the next. turns (n,): by which angles advance in it, 0 of other states."""
+    """Recurrent motion. period: the time from one return to the next. turns (n,): of angles in it, 0 of other states."""
 
     period: float
     turns: np.ndarray
 
 
 def rests(states: np.ndarray) -> bool:
-    """Whether states (n, K) do not change, angles as they turn."""
+    """True if states (n, K), angles not wrapped, do not change."""
     sizes = np.maximum(np.abs(states).max(axis=1), 1.0)
     return bool((np.ptp(states, axis=1) < _STEADY * sizes).all())
 
 
 def recurrence(times: np.ndarray, states: np.ndarray, turning: np.ndarray) -> Recurrence | None:
-    """The last period of a motion that has become periodic, None where the last two differ or there are no two.
+    """Return the last period of a motion that has become periodic, None where the last two differ or there are no two.
 
     Parameters
     ----------
     times : ndarray, (K,)
         Many in each period.
     states : ndarray, (n, K)
-        Angles as they turn, not wrapped.
+        Angles continued, not wrapped.
     turning : ndarray of bool, (n,)
-        Which states are angles.
+        True for states that are angles.
     """
     away = _distance(states, turning)
     far = float(away.max())
@@ -56,7 +56,7 @@ def recurrence(times: np.ndarray, states: np.ndarray, turning: np.ndarray) -> Re
 
 
 def _distance(states: np.ndarray, turning: np.ndarray) -> np.ndarray:
-    """How far each state (n, K) is from the last one, angles around the circle: in units of how much each moves."""
+    """Return the distance of each state (n, K) from the last one, angles around the circle, in units of each one's range."""
     total = np.zeros(states.shape[1])
     for x, angle in zip(states, turning, strict=True):
         off, range_ = x - x[-1], float(np.ptp(x))
@@ -69,7 +69,7 @@ def _distance(states: np.ndarray, turning: np.ndarray) -> np.ndarray:
 
 
 def _returns(times: np.ndarray, away: np.ndarray) -> list[float]:
-    """The times of the last returns, the latest first: minima of the distance, between which it is large."""
+    """Return the times of the last returns, the latest first: minima of the distance, between which it is large."""
     square, found = away**2, list[float]()
     last = len(away) - 1
     while True:

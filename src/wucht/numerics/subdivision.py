@@ -5,7 +5,7 @@ In a box of centre c and radii r, with |J(y) - J(c)| <= D entrywise for all its 
  - Y = J(c)^-1: all its zeros lie in K, the box of centre c - Y f(c) and radii |Y| D r; where K is inside the box, it holds
    exactly one; where both are disjoint, none (R. Krawczyk, Computing 4 (1969) 187-201; A. Neumaier, "Interval Methods for
    Systems of Equations", Cambridge 1990, chapter 5).
-What is left is cut in two. Rounding is covered by a margin, not by directed rounding.
+Undecided boxes are bisected. Rounding is covered by a margin, not by directed rounding.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Spread = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Proved = tuple[np.ndarray, np.ndarray, np.ndarray]  # a zero (n,), centre and radii (n,) of a box in which it is the only one
 
 _INFLATED = 1.2  # a zero on the border of a box is inside that of its inflated neighbour
-_MARGIN = 1 + 1e-10  # for what rounding adds to the bounds
+_MARGIN = 1 + 1e-10  # for rounding in the bounds
 _CHUNK = 16384  # boxes examined together
 _ROUNDING = 1e-12  # of a side: a zero that far outside is one on the border
 _NARROWEST = 1e-10  # of a side: no box is shrunk to less, where rounding would count as much as its width
@@ -29,9 +29,9 @@ _STEPS, _SETTLED = 30, 1e-9  # of Newton's method inside a box that holds one ze
 
 @dataclass(frozen=True)
 class Zeros:
-    """points: (n, k). undecided: centres and radii (n, u) of boxes in which nothing was shown. boxes: how many were examined.
+    """Zeros. points: (n, k). undecided_boxes: centres and radii (n, u) of boxes without a proof. boxes: number examined.
 
-    Where ``undecided`` is empty there are exactly k zeros, however near to each other.
+    Where ``undecided_boxes`` is empty there are exactly k zeros, however near to each other.
     """
 
     points: np.ndarray
@@ -40,7 +40,7 @@ class Zeros:
 
     @property
     def complete(self) -> bool:
-        """Whether these are shown to be all."""
+        """True if these are proved to be all zeros."""
         return not self.undecided[0].size
 
 
@@ -56,12 +56,12 @@ def all_zeros(
     most_boxes: int = 1_000_000,
     watch: Callable[[], None] | None = None,
 ) -> Zeros:
-    """The zeros of f in the box [low, high].
+    """Compute the zeros of f in the box [low, high].
 
     function: (n, N) -> (n, N). jacobian: (n, N) -> (n, n, N). spread: centres and radii (n, N) -> (n, n, N), a bound on how
     much each entry of the Jacobian differs from that at the centre; not finite where none is known yet. periodic: coordinates
-    whose two ends are the same. smallest: of each side; smaller boxes are given up, as those along a curve of zeros.
-    most_boxes: that are looked at. watch: called between some thousand boxes; what it raises ends the search.
+    whose two ends are the same. smallest: of each side; smaller boxes are abandoned, as those along a curve of zeros.
+    most_boxes: to be examined. check: called between some thousand boxes; an exception that it raises ends the search.
     """
     low, high = np.asarray(low, float), np.asarray(high, float)
     n, whole, border = len(low), high - low, _ROUNDING * (high - low)
@@ -95,7 +95,7 @@ def all_zeros(
 def _examined(
     function: Function, jacobian: Function, spread: Spread, centre: np.ndarray, radius: np.ndarray, narrowest: np.ndarray
 ) -> tuple[tuple[np.ndarray, np.ndarray], list[Proved]]:
-    """The boxes that stay undecided, shrunk where that can be, and the zeros with the boxes in which they are the only one."""
+    """Return the boxes that stay undecided, shrunk where possible, and zeros with the boxes in which they are the only one."""
     f, matrix = function(centre), jacobian(centre)
     wide = _INFLATED * radius
     bound = spread(centre, wide) * _MARGIN
@@ -132,9 +132,9 @@ def _examined(
 def _polished(
     function: Function, jacobian: Function, centre: np.ndarray, radius: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The ends (n, k) of Newton's method in boxes that hold one zero each, and whether it has come to rest there (k,).
+    """Apply Newton's method in boxes that hold one zero each; return its results (n, k), and whether it has converged (k,).
 
-    It is kept inside its box: there the Jacobian is regular, as the test has shown.
+    It is confined to its box: there the Jacobian is regular, as the test has proved.
     """
     at, settled = centre + step, np.array([True] * centre.shape[1], bool)
     for _ in range(_STEPS if at.shape[1] else 0):
@@ -154,7 +154,7 @@ def _polished(
 
 
 def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Function) -> tuple[np.ndarray, np.ndarray]:
-    """Each box halved along the side across which the function changes most, of those not much shorter than the longest."""
+    """Bisect each box along the side across which the function changes most, of those not much shorter than the longest."""
     if not centre.shape[1]:
         return centre, radius
     relative = radius / whole[:, None]
@@ -174,7 +174,7 @@ def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Fu
 def _distinct(
     proved: list[Proved], low: np.ndarray, whole: np.ndarray, around: np.ndarray
 ) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
-    """The zeros (n, k), each once, and boxes of which rounding leaves open whether two hold the same one.
+    """Return the distinct zeros (n, k), and the boxes that may hold the same zero as another one within rounding.
 
     Two boxes with one zero each hold the same zero where it lies in both, and only then, however near the zeros are.
     """

@@ -1,4 +1,4 @@
-"""Zeros of functions on a grid, all at once; peaks of sampled signals between samples; stretches in which something holds."""
+"""Zeros of functions on a grid, all at once; peaks of sampled signals between samples; intervals in which a condition holds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOST_STEPS = 100  # a dozen are enough, but for a function that jumps
 
 
 def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> np.ndarray:
-    """Where a function (N,) -> (N,) changes its sign between samples of a grid (N,), to the last bit, in increasing order.
+    """Return the places where a function (N,) -> (N,) changes sign between samples of a grid (N,), exact to the last bit.
 
     direction: +1 only where it rises through zero, -1 only where it falls, 0 both. An interval in which it is zero counts
     once where it has different signs on its two sides, else not at all.
@@ -26,7 +26,7 @@ def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> n
 
 
 def at_passages(samples: np.ndarray, value: float, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where samples (N,) pass a value, to first order: the samples before that (K,), and what ``of`` (..., N) is there."""
+    """Return the samples (K,) before which samples (N,) pass a value, and other signals (..., N) there, to first order."""
     i = np.flatnonzero((samples[:-1] - value) * (samples[1:] - value) <= 0)
     width = samples[i + 1] - samples[i]
     share = np.divide(value - samples[i], width, out=np.zeros(len(i)), where=width != 0)
@@ -35,9 +35,9 @@ def at_passages(samples: np.ndarray, value: float, of: np.ndarray) -> tuple[np.n
 
 @np.errstate(divide="ignore", invalid="ignore")  # where no interpolation is safe
 def _roots(function: RealFunction, a: np.ndarray, b: np.ndarray, fa: np.ndarray, fb: np.ndarray) -> np.ndarray:
-    """The zeros between a and b (k,), where the function has values of different signs.
+    """Return the zeros between a and b (k,), where the function has values of different signs.
 
-    Inverse quadratic interpolation where it is safe, else halves: T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145-149.
+    Inverse quadratic interpolation where it is safe, else bisection: T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145-149.
     """
     share, roots = fa / (fa - fb), np.full(len(a), np.nan)
     for _ in range(_MOST_STEPS):
@@ -59,14 +59,14 @@ def _roots(function: RealFunction, a: np.ndarray, b: np.ndarray, fa: np.ndarray,
 
 
 def first_where(holds: Callable[[float], bool], low: float, high: float) -> float:
-    """The lowest number between two from which on a condition holds, which does at ``high``, to the last bit."""
+    """Return the lowest number between two from which on a condition holds, as it does at ``high``, to the last bit."""
     while (middle := (low + high) / 2) not in (low, high):
         low, high = (low, middle) if holds(middle) else (middle, high)
     return high
 
 
 def fewest_where(holds: Callable[[int], bool], low: int, high: int) -> int:
-    """The least whole number above ``low`` from which on a condition holds, which does at ``high``."""
+    """Return the least whole number above ``low`` from which on a condition holds, as it does at ``high``."""
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if holds(middle) else (middle, high)
@@ -77,7 +77,7 @@ _ROUNDING = 1e-6  # of a sampling interval
 
 
 def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """The largest value that a signal reaches between each sample and its neighbours, all (N,)."""
+    """Return the largest value that a signal reaches between each sample and its neighbours, all (N,)."""
     if len(time) < 2:
         return signal.copy()
     maxima = between_samples(time, signal, slope)
@@ -85,10 +85,10 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
 
 
 def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """The largest value (N - 1, ...) that signals (N, ...) reach from each sample to the next. time: (N,), or of each (N, ...).
+    """Return the largest value (N - 1, ...) that signals (N, ...) reach between samples. time: (N,), or of each (N, ...).
 
     Between samples the signal is the cubic with the given values and slopes; the error is of fourth order in the sampling
-    interval, where that of the largest sample is of second.
+    interval, that of the largest sample of second order.
     """
     h = np.diff(time, axis=0)
     h = h if time.ndim == signal.ndim else h.reshape(-1, *(1,) * (signal.ndim - 1))
@@ -103,8 +103,8 @@ def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> 
 
 
 def _interior_maxima(left: np.ndarray, right: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The maximum of each cubic with these values and slopes at the ends of 0 <= s <= 1; the left value where there is none."""
-    # y(s) = left + a s + c s^2 + d s^3
+    """Return the maximum of each cubic by values and slopes at the ends of 0 <= s <= 1; the first value where there is none."""
+    # y(s) = start + a s + c s^2 + d s^3
     d = 2 * (left - right) + a + b
     c = 3 * (right - left) - 2 * a - b
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -116,7 +116,7 @@ def _interior_maxima(left: np.ndarray, right: np.ndarray, a: np.ndarray, b: np.n
 
 
 def extremes(signal: np.ndarray) -> tuple[float, float]:
-    """Least and largest value of an evenly sampled signal (N,), between samples by the parabola through three of them."""
+    """Return least and largest value of an evenly sampled signal (N,), between samples by a parabola through three of them."""
     return -_vertex(-signal, int(signal.argmin())), _vertex(signal, int(signal.argmax()))
 
 
@@ -129,12 +129,12 @@ def _vertex(signal: np.ndarray, i: int) -> float:
 
 
 def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray, before: float | None = None) -> np.ndarray:
-    """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
+    """Return the line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes remain.
 
     All (N,); time is evenly spaced but for a few places. This is the morphological closing, the largest value within
     +-window/2 of each sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such
-    a one is distinguished from a valley between peaks by the slopes at its ends, and kept. Of a valley that an end of the
-    record cuts only one peak is known: the line goes on from it as high as it is. before: what the radius was before the
+    a minimum is distinguished from a valley between peaks by the slopes at its ends, and not filled. Of a valley that an end of
+    the record cuts only one peak is known: the line continues at its height. before: the radius before the
     record, if that is known (0 of a motion that begins from rest): the line begins there.
     """
     n = len(time)
@@ -155,7 +155,7 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray, before: f
 
 
 def _outermost(time: np.ndarray, radius: np.ndarray, window: float) -> float:
-    """How high the line is at the end of a record (N,), at time 0: its highest peak within a window of it, or it itself."""
+    """Return the height of the line at the end of a record (N,), at time 0: the highest peak within a window, or the end."""
     steps = np.flatnonzero(np.diff(radius))
     rises = radius[steps + 1] > radius[steps]
     peaks = steps[1:][rises[:-1] & ~rises[1:]]  # the last sample of each, which may be as high as those before
@@ -164,7 +164,7 @@ def _outermost(time: np.ndarray, radius: np.ndarray, window: float) -> float:
 
 
 def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
-    """Which filled samples (N,) lie in a parabolic minimum: its depth follows from the slopes outside its ends."""
+    """Return which filled samples (N,) lie in a parabolic minimum: its depth follows from the slopes outside its ends."""
     edges = np.flatnonzero(np.diff(filled.astype(int)))
     if filled[0]:
         edges = edges[1:]
@@ -183,7 +183,7 @@ def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
 
 
 def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Maximum of signal[low[i] : high[i] + 1] for each i: two overlapping blocks of length 2^k cover each range."""
+    """Return the maximum of signal[low[i] : high[i] + 1] for each i: two overlapping blocks of length 2^k cover each range."""
     level = np.floor(np.log2(high - low + 1)).astype(int)
     largest, table = np.empty(len(signal)), signal
     for k in range(int(level.max()) + 1):
@@ -195,6 +195,6 @@ def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np
 
 
 def stretches(holds: np.ndarray) -> list[tuple[int, int]]:
-    """First and one past the last sample of each stretch in which something holds (N,), in order."""
+    """Return the first and one past the last sample of each interval in which a condition holds (N,), in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], holds.astype(int), [0]])))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -148,7 +148,7 @@ def test_a_curve_that_cannot_be_followed_says_why() -> None:
     states = SystemEquilibria.of(
         replace(CUSP, values={"p": 0.0, "s": -3.0}), "p", (-2.0, 2.0), BranchSettings(ranges={"x": (-2, 2)})
     )
-    with pytest.raises(RunError, match="there is no pair of complex eigenvalues near this state: no Hopf point is near"):
+    with pytest.raises(RunError, match="no pair of complex eigenvalues near this state: there is no Hopf point nearby"):
         curve_through(states, SecondParameter("s", (-4.0, -2.0), -3.0), "hopf", Kind(), np.array([1.9, 0.0]))
 
 

@@ -155,7 +155,7 @@ def test_derivatives_of_conditions_are_those_of_differences() -> None:
 def test_what_is_no_problem_is_refused() -> None:
     with rejected("count", "2", "1"):
         BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U)])
-    with rejected("unknown-name", "u", "at_begin", "at_end"):
+    with rejected("unknown-name", "u", "start_value", "end_value"):
         BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), U])
     solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [at_begin(U), at_end(U)]), [(0.0, 4.0)])
     with rejected("shape", "2"):

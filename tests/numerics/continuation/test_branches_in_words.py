@@ -64,7 +64,7 @@ def test_a_function_that_raises_beyond_its_region_ends_the_branch_there() -> Non
 
     problem = Equilibria(Equations.by_hand(values, ["x"], ["p"]), (-1, 1))
     found = problem.branch(problem.start([0.0], 0.0))
-    assert found.ends[0].startswith("no further point was found") and found.u[-1, 0] == pytest.approx(-0.5, abs=1e-6)
+    assert found.ends[0].startswith("no further point could be computed") and found.u[-1, 0] == pytest.approx(-0.5, abs=1e-6)
     with failed("not-evaluated"):
         problem.start([-0.7], -0.7)
 
@@ -82,7 +82,7 @@ def test_why_it_ends_names_an_interruption_and_what_ran_away() -> None:
     assert walk.end == "it was interrupted: KeyboardInterrupt"
     pole = Equilibria(by_hand([P * X - 1], [X]), (0, 1), steps=Steps(points=300, most=1))
     ends = pole.branch(pole.start([1.0], 1.0)).ends
-    assert ends[0].startswith("it has as many points as were asked for, 300; x went from 1 to 2")
+    assert ends[0].startswith("it has reached the maximum number of points, 300; x changed from 1 to 2")
 
 
 def test_a_branch_can_be_kept_in_a_file() -> None:

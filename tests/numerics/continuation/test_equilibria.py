@@ -137,10 +137,10 @@ def test_rounding_of_the_tangent_is_no_fold() -> None:
 
 def test_why_a_branch_ends() -> None:
     few = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, steps=Steps(points=4))
-    assert few.branch(few.start([0, 0], 0.0)).ends[1] == "it has as many points as were asked for, 4"
+    assert few.branch(few.start([0, 0], 0.0)).ends[1] == "it has reached the maximum number of points, 4"
     ending = equilibria(System((X,), (X - sp.sqrt(P),), (P,)), "p", {}, -1, 1)
     branch = ending.branch(ending.start([0.5], 0.25))
-    assert branch.ends[0].startswith("no further point was found") and branch.u[-1, 0] < 1e-5
+    assert branch.ends[0].startswith("no further point could be computed") and branch.u[-1, 0] < 1e-5
 
 
 def test_a_user_gives_residual_and_jacobian() -> None:

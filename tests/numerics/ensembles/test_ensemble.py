@@ -183,7 +183,7 @@ def test_one_that_runs_away_is_told_and_the_others_do_not_feel_it() -> None:
     assert ends.status[20] == Status.FAILED
     assert list(ends.sentences) == [20]
     assert ends.sentences[20].startswith("the integration failed at t = ")
-    assert "ceases to be finite (largest states sampled last: " in ends.sentences[20]
+    assert "ceases to be finite (largest states of the last sample: " in ends.sentences[20]
     assert np.isfinite(ends.states).all()
     assert ends.times[20] < 5
     assert ends.record.count[20] == 0

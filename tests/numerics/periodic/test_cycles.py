@@ -221,7 +221,7 @@ def test_points_come_one_by_one_and_a_walk_that_is_left_breaks_nothing() -> None
 def test_bounds_and_number_of_points_end_a_branch() -> None:
     cycles = Cycles.of(HOPF_TO_HOPF, "p", {"speed": 1.0}, (-0.5, 0.5), steps=Steps(points=3))
     walk = cycles.walk(on_circle(cycles, 2 * math.pi, 0.0))
-    assert len(list(walk)) == 3 and walk.end == "it has as many points as were asked for, 3"
+    assert len(list(walk)) == 3 and walk.end == "it has reached the maximum number of points, 3"
     cycles = Cycles.of(BAUTIN, "p", {"q": 1.0, "speed": 1.0}, (-1.0, 9.0), periods=(4.0, 6.0))
     walk = cycles.walk(rising(cycles, on_circle(cycles, 2 * math.pi / 1.25, 0.0)))
     assert list(walk)[-1].period == 4.0 and walk.end == "it leaves the range at 4"

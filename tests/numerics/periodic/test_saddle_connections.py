@@ -99,9 +99,9 @@ def test_folds_that_do_not_coincide_anywhere() -> None:
     def pairs(rate: sp.Expr) -> FoldPairs:
         return FoldPairs(Equations.of(System((X,), (rate + 0 * R,), (P, R)), ("p", "r"), {}), ((-1.0, 1.0), (-1.0, 1.0)))
 
-    with pytest.raises(RunError, match="both folds are one"):
+    with pytest.raises(RunError, match="both folds are the same point"):
         pairs(P - X**2).near(np.array([0.3]), np.array([-0.2]), np.array([0.1, 0.0]))
-    with pytest.raises(RunError, match="no point was found at which both folds coincide"):
+    with pytest.raises(RunError, match="does not converge to a point at which both folds coincide"):
         pairs(P + X**3 - 3 * X).near(np.array([1.1]), np.array([-0.9]), np.array([0.1, 0.0]))
 
 

@@ -206,10 +206,10 @@ def test_curves_of_folds_that_cross() -> None:
 
 def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(*_: Any) -> np.ndarray:
-        raise RunError("no point was found at which both folds coincide")
+        raise RunError("Newton's method does not converge to a point at which both folds coincide")
 
     monkeypatch.setattr(FoldPairs, "near", lost)
     result = two_pairs()
     assert result.wucht.summary["points"] == []
     assert "where two curves of folds cross near p = " in result.attrs["warnings"]
-    assert "is not located: no point was found" in result.attrs["warnings"]
+    assert "is not located: Newton's method does not converge" in result.attrs["warnings"]

@@ -1,1 +1,1 @@
-"""Boundary value problems by orthogonal collocation: what periodic orbits and connections of saddles are computed with."""
+"""Boundary value problems by orthogonal collocation: the method behind periodic orbits and connections of saddles."""

@@ -29,18 +29,18 @@ Ends = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
 
 
 def at_begin(state: sp.Symbol) -> sp.Symbol:
-    """The value of a state at 0, for a condition."""
+    """Return the symbol of a state's value at 0, for a condition."""
     return sp.Symbol(f"{state.name}(0)", real=True)
 
 
 def at_end(state: sp.Symbol) -> sp.Symbol:
-    """The value of a state at 1, for a condition."""
+    """Return the symbol of a state's value at 1, for a condition."""
     return sp.Symbol(f"{state.name}(1)", real=True)
 
 
 @dataclass(frozen=True, eq=False)
 class EndConditions:
-    """b(y(0), y(1), P) = 0 with its derivatives: ``Ends`` of a boundary value problem.
+    """Conditions b(y(0), y(1), P) = 0 with their derivatives: the ``EndFunction`` of a boundary value problem.
 
     formulas: of n states at 0, those at 1, and q parameters -> b (k,) and its derivatives (k, 2n+q).
     """
@@ -52,7 +52,7 @@ class EndConditions:
     def of(
         cls, system: System, parameters: Sequence[str], fixed: Mapping[str, float], conditions: Sequence[sp.Expr]
     ) -> EndConditions:
-        """Of formulas that have to be zero: of ``at_begin`` and ``at_end`` of states, and of parameters.
+        """Compile formulas that must vanish, in ``start_value`` and ``end_value`` of states and in parameters.
 
         Raises ``WuchtError`` for a formula in which anything else occurs.
         """
@@ -62,7 +62,7 @@ class EndConditions:
         b = sp.Matrix([sp.sympify(c).subs(held) for c in conditions])
         if other := sorted(s.name for s in b.free_symbols - set(known)):
             raise WuchtError(
-                f"{other[0]} is no value of a state at_begin or at_end and no parameter: a condition has only those",
+                f"{other[0]} is no start_value or end_value of a state and no parameter: a condition has only those",
                 code="unknown-name",
             )
         formulas = sp.lambdify([known], [list(b), b.jacobian(known).tolist()], "numpy", cse=True)
@@ -71,14 +71,14 @@ class EndConditions:
     def __call__(
         self, first: np.ndarray, last: np.ndarray, parameters: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """See ``Ends``."""
+        """Evaluate the conditions and their derivatives: see ``EndFunction``."""
         b, by = (np.array(each, float) for each in self.formulas(np.concatenate([first, last, parameters])))
         return b, by[:, : self.n], by[:, self.n : 2 * self.n], by[:, 2 * self.n :]
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The solution at the point before, at the points of collocation. y, slope (n, K): it and its derivative."""
+    """The previous solution at the collocation points. y, slope (n, K): its values and derivatives."""
 
     y: np.ndarray
     slope: np.ndarray
@@ -91,18 +91,18 @@ _FEWER, _MORE = 0.8, 1.1  # times the intervals: less is not worth a new mesh
 _SPARE = 1.1  # times the intervals of a mesh that is best for the next orbit, not for this one
 _INTERVALS = (8, 400)
 _FIRST = (40, 6)  # intervals and degree where no mesh is given
-_UNEVEN = 1.25  # how many more mesh points than the mean an interval may want before the mesh is changed
+_UNEVEN = 1.25  # an interval may need so many times the mean number of mesh points before the mesh is changed
 
 
 @dataclass(frozen=True, eq=False)
 class BoundaryValueProblem:
-    """See the module. The unknowns u are y at the nodes of the mesh, node by node, then the parameters P.
+    """The discretised problem. The unknowns u are y at the nodes of the mesh, node by node, then the parameters P.
 
-    field: g. n, q: how many states and parameters. ends, integrand: the conditions; those on integrals may be none.
-    mesh: its nodes. reference: of the conditions on integrals. sizes (n+q,): by how much each state and parameter changes when
-    it changes much. winding (n,): y(1) - y(0) of a periodic solution, whose first condition on an integral fixes the
+    field: g. n, q: how many states and parameters. ends, integrand: the conditions; there may be none on integrals.
+    mesh: its nodes. reference: for the conditions on integrals. sizes (n+q,): a typical large change of each state and
+    parameter. winding (n,): y(1) - y(0) of a periodic solution, whose first condition on an integral fixes the
     phase; None where it is not periodic.
-    accuracy: wanted within intervals, in units of sizes; at mesh points it is about the square of that.
+    accuracy: required within intervals, in units of sizes; at mesh points the error is about its square.
     """
 
     field: Field
@@ -127,7 +127,7 @@ class BoundaryValueProblem:
         scale: Mapping[str, float] | None = None,
         accuracy: float = 1e-7,
     ) -> BoundaryValueProblem:
-        """Of a System, its time running from 0 to 1, with formulas for what holds at both ends.
+        """Build the problem of a System whose time runs from 0 to 1, with formulas for the conditions at both ends.
 
         Parameters
         ----------
@@ -135,49 +135,49 @@ class BoundaryValueProblem:
             Whose equations do not depend on time: a time that matters is a state whose derivative is 1, a length L of the
             interval a parameter by which all derivatives are multiplied.
         parameters : sequence of str
-            Those that vary; the last one is that over which solutions are followed.
-        fixed : mapping
-            Values of all others.
+            Those that vary; solutions are followed over the last one.
+        fixed_values : mapping
+            Values of all other parameters.
         conditions : sequence of sympy.Expr
-            What is zero: formulas of ``at_begin`` and ``at_end`` of states, and of parameters; as many as there are states and
-            parameters that vary, less one.
+            Formulas that must vanish, in ``start_value`` and ``end_value`` of states and in parameters; as many as there are
+            states and parameters that vary, less one.
         scale : mapping, optional
-            By how much states and parameters change when they change much, by name; 1 where it is silent.
+            A typical large change of states and parameters, by name; 1 where none is given.
         accuracy : float
-            Wanted, in units of scale.
+            Required, in units of scale.
 
         Raises
         ------
         WuchtError
-            For another number of conditions, a formula of anything else, and as ``Equations.of``.
+            For another number of conditions, a formula with other symbols, and as ``Equations.of``.
         """
         equations = Equations.of(system, parameters, fixed, scale)
         n, q = equations.n, len(parameters)
         if not q or len(conditions) != n + q - 1:
-            told = f"{n} states and {q} parameters: given are {len(conditions)} conditions at the ends"
+            told = f"{n} states and {q} parameters with {len(conditions)} conditions at the ends"
             raise WuchtError(
-                f"{told}, where a curve of solutions has one parameter at least, and {n + max(q, 1) - 1} of them", code="count"
+                f"{told}: a curve of solutions needs at least one parameter, and {n + max(q, 1) - 1} conditions", code="count"
             )
         ends, nothing = EndConditions.of(system, parameters, fixed, conditions), Reference(np.zeros((n, 0)), np.zeros((n, 0)))
         return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), nothing, equations.scale, None, accuracy)
 
     def split(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """y at the nodes (N m + 1, n), and P (q,)."""
+        """Return y at the nodes (N m + 1, n), and P (q,)."""
         return u[: -self.q].reshape(-1, self.n), u[-self.q :]
 
     @property
     def periodic(self) -> bool:
-        """Whether y(1) is y(0), but for a winding."""
+        """True if y(1) equals y(0), but for a winding."""
         return self.winding is not None
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """See ``Problem``: the size of a function is its mean square over [0, 1], all states together."""
+        """Unit of arclength, see ``Problem``: the size of a function is its mean square over [0, 1], all states together."""
         per_node = 1 / np.sqrt(self.mesh.shares)
         return np.concatenate([(per_node[:, None] * self.sizes[: self.n]).ravel(), self.sizes[self.n :]])
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, CollocationJacobian]:
-        """See ``Problem``."""
+        """Evaluate the equations and their Jacobian: see ``Problem``."""
         y, parameters = self.split(u)
         mesh, n, q = self.mesh, self.n, self.q
         intervals, m, lagrange = mesh.intervals, mesh.degree, mesh.basis.values
@@ -199,13 +199,13 @@ class BoundaryValueProblem:
         return np.concatenate([off.ravel(), b, h]), jacobian
 
     def rates_at_edges(self, u: np.ndarray) -> np.ndarray:
-        """g (N+1, n) at the edges of the mesh."""
+        """Return g (N+1, n) at the edges of the mesh."""
         y, parameters = self.split(u)
         at = y[:: self.mesh.degree].T
         return self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[0].T
 
     def divergences(self, u: np.ndarray) -> np.ndarray:
-        """The trace of dg/dy, integrated over each interval (N,): by which ln of volumes grows (Liouville)."""
+        """Integrate the trace of dg/dy over each interval (N,): the growth of ln of volumes (Liouville)."""
         y, parameters = self.split(u)
         at = (self.mesh.basis.values @ self.mesh.pieces(y)).reshape(-1, self.n).T
         g_u = self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[1]
@@ -221,11 +221,11 @@ class BoundaryValueProblem:
         return h @ weights, (weighted @ mesh.basis.values).transpose(0, 2, 3, 1), by_parameters @ weights
 
     def solution(self, jacobian: CollocationJacobian, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
-        """See ``Problem``; the determinant's sign is not known: 0."""
+        """Solve the bordered linear equations: see ``Problem``; the determinant's sign is not computed: 0."""
         return jacobian.solve(row, sides), 0
 
     def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
-        """See ``Problem``: the reference is the point's solution; the mesh follows it from time to time."""
+        """Take the point's solution as reference, and adapt the mesh from time to time: see ``Problem``."""
         better = self.remeshed(point.u)
         u, tangent, bend = point.u, point.tangent, np.zeros_like(point.u) if point.bend is None else point.bend
         if better.mesh is not self.mesh:
@@ -237,7 +237,7 @@ class BoundaryValueProblem:
         return problem, CurvePoint(u, tangent, jacobian, point.length, point.orientation, bend)
 
     def _in_phase(self, u: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """A change of an orbit u, but for the shift of its phase that its first condition on an integral forbids."""
+        """Remove from a change of an orbit u the phase shift that its first condition on an integral forbids."""
         y, parameters = self.split(u)
         shift = np.append(self.mesh.slopes(y).ravel(), np.zeros(self.q))
         _, row, _ = self._integrals(self.reference.y, parameters)
@@ -245,7 +245,7 @@ class BoundaryValueProblem:
         return np.asarray(change - share / along * shift)
 
     def remeshed(self, u: np.ndarray) -> BoundaryValueProblem:
-        """The problem on a mesh that suits a solution, if its own does not: as many intervals as the accuracy asks for."""
+        """Return the problem on a mesh that suits a solution, with as many intervals as the accuracy requires."""
         values = self.split(u)[0] / self.sizes[: self.n]
         wanted = _SPARE * self.mesh.wanted(values, self.periodic, self.accuracy)
         intervals = int(np.clip(math.ceil(wanted), *_INTERVALS))
@@ -256,25 +256,25 @@ class BoundaryValueProblem:
         return replace(self, mesh=self.mesh.adapted(values, self.periodic, intervals))
 
     def referred(self, u: np.ndarray) -> Reference:
-        """A solution as the next one's reference."""
+        """Return a solution as the reference of the next one."""
         pieces = self.mesh.pieces(self.split(u)[0])
         slopes = (self.mesh.basis.slopes @ pieces) / self.mesh.lengths[:, None, None]
         return Reference((self.mesh.basis.values @ pieces).reshape(-1, self.n).T, slopes.reshape(-1, self.n).T)
 
     def error(self, u: np.ndarray) -> np.ndarray:
-        """About by how much the solution is wrong within each interval (N,), in units of its sizes; far less at mesh points."""
+        """Estimate the error of the solution within each interval (N,), in units of its sizes; far less at mesh points."""
         return self.mesh.error(self.split(u)[0] / self.sizes[: self.n], self.periodic)
 
     def moved(self, u: np.ndarray, mesh: Mesh) -> np.ndarray:
-        """A solution, or a change of it, on another mesh; or several, as columns."""
+        """Interpolate a solution, or a change of it, or several as columns, to another mesh."""
         values = u[: -self.q].reshape(len(self.mesh.nodes), -1)
         return np.concatenate([self.mesh.at(values, mesh.nodes).reshape(-1, *u.shape[1:]), u[-self.q :]])
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See ``Problem``: the parameters, mean and mean square of states that return, which no shift of the phase changes."""
+        """Return the parameters, and mean and mean square of states that return: a phase shift does not change these."""
         y, parameters = self.split(u)
         scaled = (y / self.sizes[: self.n])[:, np.ones(self.n, bool) if self.winding is None else self.winding == 0]
-        # By Gauss' quadrature: what the orbit is must not depend on its mesh.
+        # By Gauss' quadrature: the identity of the orbit must not depend on its mesh.
         at, weights = (
             (self.mesh.basis.values @ self.mesh.pieces(scaled)).reshape(-1, scaled.shape[1]),
             self.mesh.weights.ravel(),

@@ -12,8 +12,8 @@ import numpy as np
 
 from wucht.errors import RunError
 
-_MERGED = 4  # intervals at once
-_DENSE = 110  # values at mesh points from which on merging pays
+_MERGED = 4  # intervals merged into one
+_DENSE = 110  # values at mesh points above which merging pays
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +36,17 @@ class CollocationJacobian:
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
-        """N, m, n, q."""
+        """Sizes N, m, n, q."""
         (intervals, rows, n), q = self.first.shape, self.by_parameters.shape[2]
         return intervals, rows // n, n, q
 
     def maps(self) -> np.ndarray:
-        """What small changes at the first node of each interval become at the nodes after it (N, m, n, n), parameters kept."""
+        """Return the maps of small changes at the first node of each interval to its other nodes (N, m, n, n), P constant."""
         intervals, m, n, _ = self.shape
         return -np.linalg.solve(self.inner, self.first).reshape(intervals, m, n, n)
 
     def solve(self, row: np.ndarray, sides: np.ndarray) -> np.ndarray:
-        """x with [J; row] x = sides.
+        """Solve [J; row] x = sides for x.
 
         row, x, sides: (N m n + n + q,) or with k columns: values at the nodes, node by node, then parameters; the equations'
         order is collocation, ends, integrals, the row. Raises ``RunError`` if singular.
@@ -61,7 +61,7 @@ class CollocationJacobian:
     def _solved(self, row: np.ndarray, sides: np.ndarray, others: np.ndarray) -> np.ndarray:
         intervals, m, n, q = self.shape
         k = sides.shape[2]
-        # inner values = known[..., n+q:] - known[..., :n+q] (first value, parameters)
+        # inner values = elimination[..., n+q:] - elimination[..., :n+q] (first value, parameters)
         known = np.linalg.solve(self.inner, np.concatenate([self.first, self.by_parameters, sides], axis=2))
         rows, by_parameters, right = self._conditions(row, known, others)
         last = known[:, -n:]
@@ -81,7 +81,7 @@ class CollocationJacobian:
         return np.concatenate([x.reshape(-1, k), parameters])
 
     def _conditions(self, row: np.ndarray, known: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The conditions on integrals and the row, by mesh values (r+1, N+1, n) and parameters (r+1, q); sides (r+1, k)."""
+        """Return the conditions on integrals and the row, by mesh values (r+1, N+1, n), parameters (r+1, q), sides (r+1, k)."""
         intervals, m, n, q = self.shape
         count = len(self.integrals) + 1
         pieces = np.zeros((count, intervals, m + 1, n))
@@ -102,7 +102,8 @@ class CollocationJacobian:
 class Condensed:
     """Equations of M segments: left z_l + right z_r + by_parameters P = sides, rows z + row_parameters P = row_sides.
 
-    left, right (M, n, n), by_parameters (M, n, q), sides (M, n, k); rows (c, M+1, n), row_parameters (c, q), row_sides (c, k).
+    left_blocks, right_blocks (M, n, n), by_parameters (M, n, q), sides (M, n, k); rows (c, M+1, n), row_parameters (c, q),
+    row_sides (c, k).
     """
 
     left: np.ndarray
@@ -115,11 +116,11 @@ class Condensed:
 
     @property
     def segments(self) -> int:
-        """M."""
+        """Number M of segments."""
         return len(self.left)
 
     def merged(self) -> tuple[Condensed, Inner]:
-        """The same with groups of segments as one, and what was eliminated."""
+        """Merge each group of segments into one; return also the eliminated values."""
         n, q, k, g = self.left.shape[1], self.by_parameters.shape[2], self.sides.shape[2], _MERGED
         groups = self.segments // g
         grouped = groups * g
@@ -156,7 +157,7 @@ class Condensed:
     def solved(
         self, begin: np.ndarray, end: np.ndarray, by_parameters: np.ndarray, sides: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Values z (M+1, n, k) and parameters (q, k), with begin z_0 + end z_M + by_parameters P = sides (b, k) as well."""
+        """Solve for z (M+1, n, k) and parameters (q, k), with begin z_0 + end z_M + by_parameters P = sides (b, k) as well."""
         m, n, q = self.segments, self.left.shape[1], self.by_parameters.shape[2]
         size, b, k = (m + 1) * n, len(begin), self.sides.shape[2]
         matrix, right = np.zeros((size + q, size + q)), np.empty((size + q, k))
@@ -175,14 +176,14 @@ class Condensed:
 
 @dataclass(frozen=True, eq=False)
 class Inner:
-    """Values within groups of segments: z = known[..., 2n+q:] - known[..., :2n+q] (z_left, z_right, parameters)."""
+    """Values within groups: z = elimination[..., 2n+q:] - elimination[..., :2n+q] (z_left, z_right, parameters)."""
 
     known: np.ndarray
     n: int
     q: int
 
     def between(self, z: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """The values (M+1, n, k) of all segments, from those (M'+1, n, k) at the ends of groups and of segments not in one."""
+        """Recover the values (M+1, n, k) of all segments from those (M'+1, n, k) at the ends of groups and single segments."""
         groups, n, k = len(self.known), self.n, z.shape[2]
         given = np.concatenate(
             [z[:groups], z[1 : groups + 1], np.broadcast_to(parameters, (groups, *parameters.shape))], axis=1

@@ -1,4 +1,4 @@
-"""Piecewise polynomials over [0, 1]: where they are kept, where they are collocated, and what mesh suits them best.
+"""Piecewise polynomials over [0, 1]: their nodes, their collocation points, and the mesh that suits them best.
 
 U. M. Ascher, R. M. M. Mattheij, R. D. Russell, "Numerical Solution of Boundary Value Problems for Ordinary Differential
 Equations", SIAM 1995, chapters 5 (collocation at Gauss points) and 9 (mesh selection).
@@ -34,7 +34,7 @@ class Basis:
     highest: np.ndarray
 
     def at(self, where: np.ndarray) -> np.ndarray:
-        """From the nodes' values to those at places (K,) of [0, 1]: a matrix (K, m+1), by the barycentric formula."""
+        """Return the matrix (K, m+1) from the nodes' values to those at places (K,) of [0, 1], by the barycentric formula."""
         away = where[:, None] - self.nodes
         exact = away == 0
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -47,7 +47,7 @@ class Basis:
 
 @lru_cache(maxsize=32)
 def basis(degree: int) -> Basis:
-    """The basis of a degree."""
+    """Return the basis of a degree."""
     nodes = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
     points, weights = np.polynomial.legendre.leggauss(degree)
     points, weights = (points + 1) / 2, weights / 2
@@ -79,50 +79,50 @@ class Mesh:
 
     @classmethod
     def even(cls, intervals: int, degree: int) -> Mesh:
-        """Of equal intervals."""
+        """Return a mesh of equal intervals."""
         return cls(np.linspace(0.0, 1.0, intervals + 1), degree)
 
     def divided(self, parts: np.ndarray) -> Mesh:
-        """With each interval in so many equal parts (N,)."""
+        """Divide each interval into so many equal parts (N,)."""
         whole = np.repeat(np.arange(self.intervals), parts)
         within = np.arange(len(whole)) - np.repeat(np.cumsum(parts) - parts, parts)
         return Mesh(np.append(self.edges[whole] + self.lengths[whole] * within / parts[whole], 1.0), self.degree)
 
     @property
     def intervals(self) -> int:
-        """N."""
+        """Number N of intervals."""
         return len(self.edges) - 1
 
     @property
     def basis(self) -> Basis:
-        """Of each interval."""
+        """Polynomial basis of each interval."""
         return basis(self.degree)
 
     @cached_property
     def lengths(self) -> np.ndarray:
-        """Of the intervals (N,)."""
+        """Lengths of the intervals (N,)."""
         return np.diff(self.edges)
 
     @cached_property
     def nodes(self) -> np.ndarray:
-        """Where values are kept (N m + 1,), neighbours sharing one."""
+        """Places at which values are stored (N m + 1,); neighbouring intervals share one."""
         inner = self.edges[:-1, None] + self.lengths[:, None] * self.basis.nodes[:-1]
         return np.append(inner.ravel(), 1.0)
 
     @cached_property
     def shares(self) -> np.ndarray:
-        """Of the nodes (N m + 1,) in an integral over [0, 1], all positive: the trapezoidal rule."""
+        """Weights of the nodes (N m + 1,) in an integral over [0, 1], all positive: the trapezoidal rule."""
         gaps = np.diff(self.nodes)
         return np.asarray((np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0)) / 2)
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Where the equations are collocated (N m,)."""
+        """Collocation points of the equations (N m,)."""
         return np.asarray(self.edges[:-1, None] + self.lengths[:, None] * self.basis.points).ravel()
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """Of the points in an integral over [0, 1] (N, m)."""
+        """Weights of the collocation points in an integral over [0, 1] (N, m)."""
         return np.asarray(self.lengths[:, None] * self.basis.weights)
 
     @cached_property
@@ -130,36 +130,36 @@ class Mesh:
         return np.arange(self.intervals)[:, None] * self.degree + np.arange(self.degree + 1)
 
     def pieces(self, values: np.ndarray) -> np.ndarray:
-        """The nodes' values (N m + 1, n), interval by interval (N, m+1, n)."""
+        """Arrange the nodes' values (N m + 1, n) interval by interval (N, m+1, n)."""
         return np.asarray(values[self._members])
 
     def at(self, values: np.ndarray, where: np.ndarray) -> np.ndarray:
-        """The values (N m + 1, n) at places (K,) of [0, 1]: (K, n)."""
+        """Interpolate the nodes' values (N m + 1, n) at places (K,) of [0, 1]: (K, n)."""
         index = np.clip(np.searchsorted(self.edges, where, side="right") - 1, 0, self.intervals - 1)
         matrix = self.basis.at((where - self.edges[index]) / self.lengths[index])
         return np.asarray((matrix[:, None] @ self.pieces(values)[index])[:, 0])
 
     def slopes(self, values: np.ndarray) -> np.ndarray:
-        """The derivative, at the nodes, of the polynomials of values (N m + 1, n) there; on an edge that of the right side."""
+        """Differentiate the polynomials of values (N m + 1, n) at the nodes; on an edge from the right."""
         slopes = (self.basis.node_slopes @ self.pieces(values)) / self.lengths[:, None, None]
         return np.concatenate([slopes[:, :-1].reshape(-1, values.shape[1]), slopes[-1, -1:]])
 
     def error(self, values: np.ndarray, periodic: bool) -> np.ndarray:
-        """By how much the polynomials (N m + 1, n) are about wrong on each interval: (N,), between their mesh points."""
+        """Estimate the error of the polynomials (N m + 1, n) on each interval (N,), between mesh points."""
         return np.asarray(self._constant * self.lengths ** (self.degree + 1) * self._next_derivative(values, periodic))
 
     @property
     def _constant(self) -> float:
-        """Of interpolation at Chebyshev's points."""
+        """Error constant of interpolation at Chebyshev's points."""
         return 1 / (math.factorial(self.degree + 1) * 2.0 ** (2 * self.degree + 1))
 
     def wanted(self, values: np.ndarray, periodic: bool, accuracy: float) -> float:
-        """How many intervals, of the best mesh, have an error as small as that."""
+        """Return how many intervals of the best mesh have an error as small as that."""
         grown = float(self.density(values, periodic) @ self.lengths)
         return float(grown * (self._constant / accuracy) ** (1 / (self.degree + 1)))
 
     def _next_derivative(self, values: np.ndarray, periodic: bool) -> np.ndarray:
-        """The size of the derivative of order m + 1 on each interval (N,), from how that of order m changes: (9.25)."""
+        """Estimate the size of the derivative of order m + 1 on each interval (N,), from changes of that of order m: (9.25)."""
         m, h = self.degree, self.lengths
         derivative = np.einsum("i,jin->jn", self.basis.highest, self.pieces(values)) / h[:, None] ** m
         if periodic:
@@ -171,17 +171,17 @@ class Mesh:
         return np.asarray((change[1:] + change[:-1]) / 2)
 
     def density(self, values: np.ndarray, periodic: bool) -> np.ndarray:
-        """How many mesh points each place wants (N,), by the values (N m + 1, n) there."""
+        """Return the density (N,) of mesh points that the values (N m + 1, n) require."""
         density = np.maximum(self._next_derivative(values, periodic) ** (1 / (self.degree + 1)), 1e-300)
         return np.asarray(density + _FLOOR * float(density @ self.lengths))
 
     def unevenness(self, values: np.ndarray, periodic: bool) -> float:
-        """By how much the interval that wants most mesh points exceeds the mean: 1 where the mesh suits the values."""
+        """Ratio of the largest to the mean demand for mesh points of an interval: 1 where the mesh suits the values."""
         wanted = self.density(values, periodic) * self.lengths
         return float(wanted.max() / wanted.mean())
 
     def adapted(self, values: np.ndarray, periodic: bool, intervals: int | None = None) -> Mesh:
-        """The mesh of as many intervals on which the error of these values (N m + 1, n) is about the same on each."""
+        """Return the mesh of as many intervals that distributes the error of these values (N m + 1, n) evenly."""
         grown = np.insert(np.cumsum(self.density(values, periodic) * self.lengths), 0, 0.0)
         edges = np.interp(np.linspace(0.0, grown[-1], (intervals or self.intervals) + 1), grown, self.edges)
         edges[[0, -1]] = 0.0, 1.0

@@ -1,7 +1,7 @@
 """Solutions of a boundary value problem: from samples or from far away to a first one, then over a parameter.
 
-Newton's method from far away is damped by what is left as the last linearisation measures it. That measure does not depend on
-the units of the equations, and accepts the whole step where the linearisation holds.
+Newton's method from far away is damped by the remaining correction as the last linearisation measures it. That measure does
+not depend on the units of the equations, and accepts the whole step where the linearisation holds.
 P. Deuflhard, "Newton Methods for Nonlinear Problems", Springer 2011, section 3.3 (natural monotonicity test); U. M. Ascher,
 R. M. M. Mattheij, R. D. Russell, "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", SIAM
 1995, section 8.1.
@@ -34,7 +34,7 @@ STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
 
 @dataclass(frozen=True, eq=False)
 class Collocated:
-    """A solution by collocation. curve: as it is followed, with the problem on the solution's mesh. point: of the curve."""
+    """A solution by collocation. curve: that on which it lies, with the problem on the solution's mesh. point: on the curve."""
 
     curve: Curve
     point: CurvePoint
@@ -47,41 +47,41 @@ class Collocated:
 
     @property
     def tau(self) -> np.ndarray:
-        """Where the states are kept (K,), from 0 to 1: in shares of the period, or of the time."""
+        """Places of the states (K,), from 0 to 1: fractions of the period, or of the time."""
         return self.problem.mesh.nodes
 
     @property
     def states(self) -> np.ndarray:
-        """There (n, K)."""
+        """States at these places (n, K)."""
         return self.problem.split(self.point.u)[0].T
 
     def at(self, tau: np.ndarray) -> np.ndarray:
-        """The states (n, K) at places (K,) of [0, 1]."""
+        """Interpolate the states (n, K) at places (K,) of [0, 1]."""
         return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
 
 
 def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
-    """A mesh as fine as the states change fast, and their values at its nodes (K', n), by a cubic spline.
+    """Return a mesh that is finer where the states change faster, and their values at its nodes (K', n), by a cubic spline.
 
-    times (K,), increasing, states (n, K), sizes (n,): by how much each changes when it changes much.
+    times (K,), increasing, states (n, K), sizes (n,): a typical large change of each.
     """
     from scipy.interpolate import CubicSpline
 
     samples = CubicSpline((times - times[0]) / (times[-1] - times[0]), states.T)
     fine = np.linspace(0.0, 1.0, _FINE)
     speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
-    # What does not change at all asks for an even mesh.
+    # States that do not change at all need an even mesh.
     grown = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
     mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _INTERVALS + 1), grown, fine), degree)
     return mesh, samples(mesh.nodes)
 
 
 def solved_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) -> tuple[Curve, CurvePoint]:
-    """The solution near u, and the curve on a mesh that suits it.
+    """Solve for the solution near u; return also the curve on a mesh that suits it.
 
-    curve: of a boundary value problem, on the mesh of u. towards: the direction, of all unknowns, in the plane across which it
-    lies, and in which the curve goes on; else that of the last parameter, which then is kept. Raises ``RunError`` where none is
-    found.
+    curve: of a boundary value problem, on the mesh of u. towards: a direction of all unknowns; the solution lies in the plane
+    across it, and the curve continues that way. By default it is the last parameter, which then keeps its value. Raises
+    ``RunError`` where Newton's method does not converge.
     """
     if towards is None:
         towards = np.zeros(len(u))
@@ -100,7 +100,7 @@ def solved_near(curve: Curve, u: np.ndarray, towards: np.ndarray | None = None) 
 
 
 def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
-    """The direction in which the solutions near u go on, of all unknowns and with either sign. Raises ``RunError``."""
+    """Return the direction of the curve of solutions near u, of all unknowns and with either sign. Raises ``RunError``."""
     sides = np.zeros((len(u), 1))
     sides[-1] = 1.0
     row = np.random.default_rng(0).normal(size=len(u)) / problem.scale  # not across the curve, as that of a fold would be
@@ -108,15 +108,15 @@ def tangent_near(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
 
 
 def exactly(curve: Curve) -> Curve:
-    """The same, Newton's method going on to rounding: for points that are asked for, not passed."""
+    """Return the curve with Newton's method converging to rounding: for requested points, not those on the way."""
     return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), foretold=False))
 
 
 def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: float) -> tuple[Curve, CurvePoint, CurvePoint]:
-    """Two neighbours of a curve as they are on one mesh, on which what lies between them can be located.
+    """Recompute two neighbours of a curve on one mesh, so that points between them can be located.
 
-    a, b: with the curves on whose meshes they are. accuracy: see ``BoundaryValueProblem``; Newton's method goes on to rounding.
-    Raises ``RunError`` where it fails.
+    a, b: with the curves on whose meshes they are. accuracy: see ``BoundaryValueProblem``; Newton's method converges to
+    rounding. Raises ``RunError`` where it fails.
     """
     curve, there = b
     problem = curve.problem
@@ -135,7 +135,7 @@ def refined(a: tuple[Curve, CurvePoint], b: tuple[Curve, CurvePoint], accuracy: 
 def solved(
     problem: BoundaryValueProblem, u: np.ndarray, row: np.ndarray, positive: int, most_steps: int, tolerance: float
 ) -> tuple[np.ndarray, int]:
-    """The solution near u in the plane through it across a row, and after how many steps.
+    """Solve for the solution near u in the plane through it across a row; return also the number of steps.
 
     Parameters
     ----------
@@ -143,10 +143,10 @@ def solved(
     u, row : ndarray
         Of all unknowns; changes of u are zero along the row.
     positive : int
-        Index of an unknown that stays positive: of a period.
+        Index of an unknown that stays positive: a period.
     most_steps : int
     tolerance : float
-        Of the correction that is left, by the problem's scale.
+        Of the remaining correction, by the problem's scale.
 
     Raises
     ------
@@ -179,27 +179,27 @@ def solved(
             return u - rest, step
         jacobian, (change, size) = after, correction(after, off)
         share = min(1.0, 2 * share)
-    raise RunError(f"after {most_steps} steps of Newton's method {size:.2g} is left", code="too-many-steps")
+    raise RunError(f"after {most_steps} steps of Newton's method a correction of {size:.2g} remains", code="too-many-steps")
 
 
 @dataclass(frozen=True, eq=False)
 class Solution(Collocated):
-    """A solution.
+    """A solution on a curve of solutions.
 
-    curve, point: as it is followed. kind: ``""``, ``"fold"``, ``"value"``: the last parameter has a wanted one, or
-    ``"unresolved"``: one of these was not located between the solution before and this one.
+    curve, point: see ``CollocationSolution``. kind: ``""``, ``"fold"``, ``"value"``: the last parameter has a requested one, or
+    ``"unresolved"``: one of these was not located between the previous solution and this one.
     """
 
     kind: str = ""
 
     @property
     def parameters(self) -> np.ndarray:
-        """Their values (q,)."""
+        """Values of the parameters (q,)."""
         return self.problem.split(self.point.u)[1]
 
     @property
     def error(self) -> float:
-        """By how much it is about wrong between mesh points, in units of its sizes."""
+        """Estimated error between mesh points, in units of its sizes."""
         return float(self.problem.error(self.point.u).max())
 
 
@@ -207,7 +207,7 @@ class Solution(Collocated):
 class Solutions:
     """Solutions of a boundary value problem, followed over its parameters.
 
-    problem: on any mesh. bounds: (low, high) of each parameter. values: of the last parameter, at which solutions are wanted.
+    problem: on any mesh. bounds: (low, high) of each parameter. values: of the last parameter, at which to return solutions.
     """
 
     problem: BoundaryValueProblem
@@ -218,16 +218,16 @@ class Solutions:
     def start(
         self, tau: Sequence[float] | np.ndarray, states: Sequence[Sequence[float]] | np.ndarray, parameters: Sequence[float]
     ) -> Solution:
-        """The solution near samples of one, the last parameter kept.
+        """Solve for the solution near samples of one, the last parameter keeping its value.
 
         Parameters
         ----------
         tau : sequence of float, (K,)
             Places, increasing, the first being 0, the last 1.
         states : array, (n, K)
-            There.
+            At these places.
         parameters : sequence of float, (q,)
-            Near those of the solution; the last one is kept.
+            Near those of the solution; the last one keeps its value.
 
         Raises
         ------
@@ -241,23 +241,23 @@ class Solutions:
         if given.shape != (problem.n, len(at)) or len(at) < 2 or len(parameters) != q or len(self.bounds) != q:
             form = f"{problem.n} states at two places or more, and {q} parameters with bounds"
             raise WuchtError(
-                f"a solution is found near samples of {form}; given: {given.shape} at {len(at)}, {len(parameters)}",
+                f"a start needs samples of {form}; given: {given.shape} at {len(at)}, {len(parameters)}",
                 code="shape",
             )
         if not (
             np.isfinite(at).all() and np.isfinite(given).all() and np.isfinite(parameters).all() and (np.diff(at) > 0).all()
         ):
-            raise WuchtError("samples of a solution and its parameters are finite numbers, and their places increase")
+            raise WuchtError("samples of a solution and its parameters must be finite, and their places increase")
         mesh, y = sampled(at, given, problem.sizes[: problem.n], problem.mesh.degree)
         curve = Curve(replace(problem, mesh=mesh), {k - q: each for k, each in enumerate(self.bounds)}, self.steps)
         return Solution(*solved_near(curve, np.concatenate([y.ravel(), parameters])))
 
     def walk(self, start: Solution) -> Walk[Solution]:
-        """The solutions after a first one, special ones among them, as they are asked for."""
+        """Return the solutions after a first one, special ones included, computed one by one."""
         return Walk(self._walked(start))
 
     def backwards(self, solution: Solution) -> Solution:
-        """The same solution, the curve being followed the other way."""
+        """Return the same solution with the curve followed the other way."""
         return replace(solution, point=solution.curve.backwards(solution.point))
 
     def _walked(self, start: Solution) -> Generator[Solution, None, str]:
@@ -270,7 +270,7 @@ class Solutions:
         return walk.end
 
     def _special(self, here: Solution, there: Solution) -> list[Solution]:
-        """The special solutions between two neighbours, in order."""
+        """Locate the special solutions between two neighbours, in order."""
         tests: Mapping[tuple[str, float], Callable[[Solution], float]] = {
             (FOLD, 0.0): lambda s: float(s.point.tangent[-1]),
             **{(VALUE, value): lambda s, value=value: float(s.point.u[-1]) - value for value in self.values},  # type: ignore[misc]

@@ -26,7 +26,7 @@ _MOST_CORRECTIONS = 8
 _ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
 _GROWS, _SHRINKS = 1.6, 0.5  # at most
 _NEAR_A_BOUND = 0.1  # of the first step: how near a bound is approached on which the equations are singular
-_ON_A_BOUND = 1e-6  # in units of scale: what is beyond a bound by less is on it, as far as a first point is known
+_ON_A_BOUND = 1e-6  # in units of scale: a point beyond a bound by less is on it, as far as a first point is known
 _FAR = 100.0  # in units of scale: an unknown that has changed by more has run away
 _REACHED = 1e-12  # in units of scale: nearer to a bound a point is on it
 _SAME = 1e-3  # of the way between two points: how near it the curve passes its first one where it is closed
@@ -37,11 +37,11 @@ _SAME_WAY = 0.7  # cosine between both directions there at least: steps turn by 
 
 @dataclass(frozen=True)
 class Steps:
-    """How a curve is followed. Lengths are arclengths in units of the problem's scale.
+    """Step control of a continuation. Lengths are arclengths in units of the problem's scale.
 
     first, least, most: length of a step. turn: of the tangent from point to point, rad, and corrections: of Newton's method,
-    by which a step is as long as it should be. points: at most. tolerance: of Newton's last correction, as a length; or,
-    if foretold, of the next one, which is not made: by how fast they have become smaller.
+    at which the step length is kept. points: at most. tolerance: of Newton's last correction, as a length; or, with
+    predicts_correction, of the next one, which is not made but extrapolated from the previous ones.
     """
 
     first: float = 0.01
@@ -55,7 +55,7 @@ class Steps:
 
 
 class Walk(Iterator[P], Generic[P]):
-    """Points in order, as they are asked for. end: once there is none left, a sentence why."""
+    """Iterator over points, computed one by one. end: after the last point, a sentence with the reason."""
 
     def __init__(self, points: Generator[P, None, str]) -> None:
         self._points, self.end = points, ""
@@ -75,8 +75,8 @@ class Walk(Iterator[P], Generic[P]):
 class Curve:
     """The solutions of a problem within bounds: (low, high) of some unknowns, by their index (-1: the last one).
 
-    continues: whether the second of two points of a problem is on the curve of the first one, as far as a caller can tell; else
-    a shorter step is made. names: of the unknowns, as far as a sentence may speak of them.
+    continues: true if the second of two points of a problem is on the curve of the first one, as far as a caller can decide;
+    else a shorter step is made. names: of the unknowns, for sentences.
     """
 
     problem: Problem
@@ -86,12 +86,12 @@ class Curve:
     names: Sequence[str] = ()
 
     def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
-        """The solution near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
+        """Solve for the point near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
         point, _ = self.corrected(u, towards / self.size(towards), 0.0)
         return point
 
     def follow(self, start: CurvePoint) -> Walk[tuple[Curve, CurvePoint]]:
-        """The points after a first one, each with the curve as it is written there.
+        """Follow the curve from a first point; each point comes with the curve in the formulation used there.
 
         Raises ``RunError`` for a first point out of bounds.
         """
@@ -114,10 +114,10 @@ class Curve:
                 there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
             if turned > 3 * self.steps.turn or (self.continues and not self.continues(curve.problem, here, there)):
                 step, here = step * _SHRINKS, replace(here, bend=None)
-                if moved:  # as the problem is now written the last point may be one only nearly
+                if moved:  # in the new formulation the last point may be only approximately a solution
                     here, moved = curve._settled(here), False
                 if step < self.steps.least:
-                    return f"no further point was found: steps would be shorter than {self.steps.least:g}"
+                    return f"no further point could be computed: steps would be shorter than {self.steps.least:g}"
                 continue
             if (left := curve.left(here.u, there.u)) is not None:
                 index, bound = left
@@ -126,7 +126,7 @@ class Curve:
                     return curve.left_at(index, bound)
                 try:
                     last = curve._at_bound(here, there, index, bound)
-                except RunError:  # on the bound itself the equations are singular: it is approached
+                except RunError:  # on the bound the equations are singular: it is approached
                     step, here = step * _SHRINKS, replace(here, bend=None)
                     if step < _NEAR_A_BOUND * self.steps.first:
                         return f"{curve.left_at(index, bound)}, where the equations are singular"
@@ -146,12 +146,12 @@ class Curve:
             moved = problem is not curve.problem
             if moved:
                 curve = replace(curve, problem=problem)
-        return f"it has as many points as were asked for, {self.steps.points}{self._afar(start.u, here.u)}"
+        return f"it has reached the maximum number of points, {self.steps.points}{self._afar(start.u, here.u)}"
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float, foretold: bool = False) -> tuple[CurvePoint, int]:
-        """Newton's method from u in the plane across a tangent, and after how many corrections. Raises ``RunError``.
+        """Apply Newton's method from u in the plane across a tangent; return also the number of corrections.
 
-        foretold: see ``Steps``; only of points that are passed.
+        predicts_correction: see ``Steps``; only for points on the way. Raises ``RunError``.
         """
         scale = self.problem.scale
         across = tangent / scale**2
@@ -177,7 +177,7 @@ class Curve:
         raise RunError("Newton's method does not converge to a point of the curve", code="no-convergence")
 
     def _settled(self, point: CurvePoint) -> CurvePoint:
-        """A point that is nearly one, as Newton's method has it; itself where that fails."""
+        """Correct an approximate point by Newton's method; return it unchanged where that fails."""
         try:
             found, _ = self.corrected(point.u, point.tangent, point.length)
         except RunError:
@@ -185,7 +185,7 @@ class Curve:
         return found
 
     def between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
-        """The point of the curve at a share of the way from one point to another, near it. Raises ``RunError``."""
+        """Solve for the point of the curve at a fraction of the way from one point to a near one. Raises ``RunError``."""
         way, span = b.u - a.u, b.length - a.length
         across, s, r = way / self.size(way), share, 1 - share
         guess = (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
@@ -193,21 +193,21 @@ class Curve:
         return self.corrected(guess, across, a.length + share * span)[0]
 
     def backwards(self, point: CurvePoint) -> CurvePoint:
-        """The same point of the curve followed the other way."""
+        """Return the same point of the curve followed the other way."""
         return replace(point, tangent=-point.tangent, orientation=-point.orientation)
 
     def size(self, direction: np.ndarray) -> float:
-        """The length of a change of the unknowns (n+1,), in units of their scale."""
+        """Return the length of a change of the unknowns (n+1,), in units of their scale."""
         scaled = direction / self.problem.scale
         return math.sqrt(scaled @ scaled)
 
     def within(self, u: np.ndarray) -> bool:
-        """Whether unknowns (n+1,) are within their bounds, or on one but for rounding."""
+        """True if unknowns (n+1,) are within their bounds, or on one but for rounding."""
         near = _ON_A_BOUND * self.problem.scale
         return all(low - near[i] <= u[i] <= high + near[i] for i, (low, high) in self.bounds.items())
 
     def on_bound(self, u: np.ndarray) -> bool:
-        """Whether unknowns (n+1,) are on one of their bounds, but for rounding: of a special point it is not known whether it
+        """True if unknowns (n+1,) are on one of their bounds, but for rounding: it is then undecided whether a special point
         lies within them."""
         near = _ON_A_BOUND * self.problem.scale
         return any(abs(u[i] - bound) <= near[i] for i, bounds in self.bounds.items() for bound in bounds)
@@ -226,38 +226,38 @@ class Curve:
                 )
 
     def left_at(self, index: int, bound: float) -> str:
-        """The sentence with which the curve ends where an unknown, by its index in ``bounds``, is on its bound."""
+        """Return the sentence with which the curve ends where an unknown, by its index in ``bounds``, is on its bound."""
         return f"it leaves the range at {self._said(index, bound)}"
 
     def _said(self, index: int, value: float) -> str:
-        """A value of an unknown, with its name where it is known."""
+        """Describe a value of an unknown, with its name where it is known."""
         i = index % len(self.problem.scale)
         return f"{self.names[i]} = {value:.9g}" if i < len(self.names) else f"{value:.9g}"
 
     def _afar(self, first: np.ndarray, last: np.ndarray) -> str:
-        """Which unknown has run away, if one has."""
+        """Describe the unknown that has changed by far more than its scale, if there is one."""
         if not self.names:
             return ""
         away = (np.abs(last - first) / self.problem.scale)[: len(self.names)]
         i = int(away.argmax())
-        told = f"; {self.names[i]} went from {first[i]:.3g} to {last[i]:.3g}: it may need a greater scale, or limits"
+        told = f"; {self.names[i]} changed from {first[i]:.3g} to {last[i]:.3g}: it may need a greater scale, or limits"
         return told if away[i] > _FAR else ""
 
     def _angle(self, a: np.ndarray, b: np.ndarray) -> float:
         return math.acos(min(1.0, max(-1.0, float(a @ (b / self.problem.scale**2)))))
 
     def _next(self, step: float, turned: float, corrections: int) -> float:
-        """The next step: as long as the tangent will turn and Newton's method will take as much as is wanted."""
+        """Return the next step length, for the wanted turn of the tangent and number of Newton's corrections."""
         factor = min(_GROWS, self.steps.turn / max(turned, 1e-12), 2.0 ** (self.steps.corrections - corrections + 1))
         return min(max(factor, _SHRINKS) * step, self.steps.most)
 
     def left(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
-        """Which unknown is out of its bounds, and the bound that it passes: of several that which is passed first."""
+        """Return the index of the unknown that leaves its bounds first on the way to u, and that bound; None if none does."""
         left = [(i, low if u[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= u[i] <= high]
         return min(left, key=lambda each: (each[1] - before[each[0]]) / (u[each[0]] - before[each[0]]), default=None)
 
     def _at_bound(self, here: CurvePoint, there: CurvePoint, index: int, bound: float) -> CurvePoint:
-        """The point between two where an unknown is on its bound: Newton's method in that plane."""
+        """Solve for the point between two where an unknown is on its bound, by Newton's method in that plane."""
         plane = np.zeros(len(here.u))
         plane[index] = self.problem.scale[index]
         share = (bound - here.u[index]) / (there.u[index] - here.u[index])
@@ -271,7 +271,7 @@ class Curve:
     def _returned(
         self, here: CurvePoint, there: CurvePoint, start: CurvePoint, first: np.ndarray, begins: np.ndarray
     ) -> CurvePoint | None:
-        """The first point once more, where the curve between two points runs through it in the direction in which it began."""
+        """Return the first point once more if the curve passes it between two points in the direction in which it began."""
         (before, turns), (after, _) = (self.problem.outline(p.u) for p in (here, there))
         way, away = after - before, first - before
         away = away - _whole(away, turns)
@@ -281,7 +281,7 @@ class Curve:
         for _ in range(_NEARER):  # the curve is no straight line between them
             try:
                 near = self.between(here, there, share)
-            except RunError:  # too near to another branch: the way alone says that it returns
+            except RunError:  # too near to another branch: the direction alone decides that it returns
                 return self._at_begin(there, start)
             off = self.problem.outline(near.u)[0] - before - away
             if float(off @ off) < (_SAME * long) ** 2:
@@ -290,7 +290,7 @@ class Curve:
         return None
 
     def _at_begin(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
-        """The first point itself, after whole turns of its angles, where an outline is all of it; else the point beside it."""
+        """Return the first point, after whole turns of its angles, where an outline determines it; else the near point."""
         _, turns = self.problem.outline(there.u)
         if len(turns) != len(there.u):
             return there
@@ -299,7 +299,7 @@ class Curve:
 
 
 def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:
-    """Whether the first point's outline lies on the way from one to the next, but for whole turns."""
+    """True if the first point's outline lies on the way from one to the next, but for whole turns."""
     away, way = after - first, after - before
     if turns.any():
         away = away - _whole(away, turns)
@@ -308,5 +308,5 @@ def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.
 
 
 def _whole(away: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """The whole turns that are nearest to differences, 0 where nothing turns."""
+    """Return the whole turns nearest to differences, 0 for unknowns that are no angles."""
     return np.asarray(turns * np.rint(away / np.where(turns > 0, turns, np.inf)))

@@ -1,17 +1,17 @@
 """Several equilibria at one parameter value, and the branches that do not touch, by deflated Newton's method.
 
-A solution x_i that is known is divided out: Newton's method is applied to M(x) f(x) = 0 with
+A known solution x_i is divided out: Newton's method is applied to M(x) f(x) = 0 with
 
     M(x) = product over i of (1 / |x - x_i|^p + shift),
 
 which does not go to zero at x_i, so that the same start leads elsewhere. The difference of angles is 2 sin of its half, so that
-a solution and itself after a whole turn are one. As J(Mf) = M f_x + f (grad M)^T, its correction is Newton's own, d, times
+a solution and its copy after a whole turn are one. As J(Mf) = M f_x + f (grad M)^T, its correction is Newton's for f, d, times
 1 / (1 - grad(ln M) . d): no further linear system is solved.
 P. E. Farrell, A. Birkisson, S. W. Funke, SIAM J. Sci. Comput. 37 (2015) A2026-A2045.
 
-Deflation finds and proves nothing: that no more is found is no proof that there is no more. It needs values and the Jacobian
-alone, in any number of states. Where all equilibria are wanted with a proof, in a box of a few states and with bounds on the
-Jacobian, ``numerics.subdivision.all_zeros`` is the one to call.
+Deflation finds solutions but proves nothing: there may be more than it returns. It needs only values and the Jacobian, in any
+number of states. Where all equilibria are required with a proof, in a box of a few states and with bounds on the
+Jacobian, call ``numerics.subdivision.all_zeros``.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from wucht.numerics.continuation.special_points import located
 
 _SAME = 1e-6  # solutions that are nearer to each other, in units of scale, are one
 _POLISHES = 2  # plain corrections after the last
-_NEAR = 1e-4  # of the way between two points of a branch: what is nearer to the curve is on it
-_ASIDE = 0.01  # by how much a start lies beside a solution, in units of scale
+_NEAR = 1e-4  # of the way between two points of a branch: a point nearer to the curve is on it
+_ASIDE = 0.01  # distance of a start from a known solution, in units of scale
 
 
 @dataclass(frozen=True)
 class Deflation:
-    """How it is searched.
+    """Settings of the search.
 
     power, shift: p and the shift of the operator. steps: of Newton's method from each start, at most. evaluations: of f and its
-    Jacobian in all, at most. longest: of one correction, in units of scale. tolerance: of the last one.
+    Jacobian in all, at most. longest: the longest correction, in units of scale. tolerance: of the last one.
     """
 
     power: float = 2.0
@@ -52,9 +52,9 @@ class Deflation:
 
 @dataclass(frozen=True, eq=False)
 class Deflated:
-    """points: the distinct solutions (n, k), in the order in which they were found. evaluations: of f and its Jacobian.
+    """Distinct solutions. points: (n, k), in order of discovery. evaluations: of f and its Jacobian.
 
-    exhausted: whether the search ended because no start led to a further solution, not because its evaluations were used up.
+    is_exhausted: true if the search ended because no start led to a further solution, not because its evaluations ran out.
     """
 
     points: np.ndarray
@@ -63,7 +63,7 @@ class Deflated:
 
 
 def seeded(low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray, count: int, seed: int = 0) -> np.ndarray:
-    """Starts (n, count), evenly distributed in a box [low, high] at random, the same ones for the same seed."""
+    """Draw starts (n, count) uniformly in a box [low, high], the same ones for the same seed."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     return np.asarray(low[:, None] + (high - low)[:, None] * np.random.default_rng(seed).random((len(low), count)))
 
@@ -75,10 +75,10 @@ def deflated(
     known: np.ndarray | None = None,
     how: Deflation = Deflation(),
 ) -> Deflated:
-    """The solutions of f(x, p) = 0 at values of the parameters (m,) to which some starts lead.
+    """Compute the solutions of f(x, p) = 0 at values of the parameters (m,) to which some starts lead.
 
-    starts: (n, N), each used again after every solution that was found. known: (n, k), solutions that are divided out from the
-    beginning and not returned.
+    starts: (n, N), each used again after every new solution. known_solutions: (n, k), divided out from the beginning and not
+    returned.
     """
     n, N = equations.n, starts.shape[1] if starts.ndim == 2 else 0
     if starts.shape != (n, N) or not N:
@@ -98,7 +98,7 @@ def deflated(
 def _round(
     equations: Equations, values: np.ndarray, starts: np.ndarray, found: np.ndarray, how: Deflation, left: int
 ) -> tuple[np.ndarray, int, bool]:
-    """Where all starts lead (n, k), how many evaluations that took, and whether it was cut short."""
+    """Apply Newton's method to all starts: return the solutions (n, k), the evaluations, and whether it was cut short."""
     n, scale = equations.n, equations.scale[: equations.n, None]
     x, spent, arrived = starts.copy(), 0, list[np.ndarray]()
     for _ in range(how.steps):
@@ -119,7 +119,7 @@ def _round(
                 spent += at.shape[1]
                 at = at + np.nan_to_num(_newton(equations, at, values))
             arrived.append(at)
-        # What lies on a solution that was divided out stays there: such a start is given up.
+        # A start that converges to a solution that was divided out stays there: it is given up.
         x, step = x[:, ~(near | again)], step[:, ~(near | again)]
         step = step / (1 - _steepness(equations, x, step, found, how))
         long = np.linalg.norm(step / scale, axis=0)
@@ -132,7 +132,7 @@ def _all(arrived: list[np.ndarray], n: int) -> np.ndarray:
 
 
 def _distinct(equations: Equations, points: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Those of some points (n, N) that are neither one of the others (n, k) nor one of those before them."""
+    """Return those of some points (n, N) that differ from all solutions (n, k) and from the points before them."""
     kept = others
     for point in points.T[:, :, None]:
         if _distances(equations, point, kept).min(initial=np.inf) > _SAME:
@@ -141,7 +141,7 @@ def _distinct(equations: Equations, points: np.ndarray, others: np.ndarray) -> n
 
 
 def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Newton's corrections (n, N) of states (n, N), not a number where there is none."""
+    """Return Newton's corrections (n, N) of states (n, N), not a number where there is none."""
     n = equations.n
     f, f_u = equations.values(np.concatenate([x, np.repeat(values[:, None], x.shape[1], axis=1)]))
     matrices, step = np.moveaxis(f_u[:, :n], -1, 0), np.full_like(x, np.nan)
@@ -153,12 +153,12 @@ def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarr
 
 
 def _distances(equations: Equations, x: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Of states (n, N) from solutions (n, k), in units of scale: (N, k)."""
+    """Return the distances (N, k) of states (n, N) from solutions (n, k), in units of scale."""
     return np.asarray(np.sqrt((_differences(equations, x, found)[0] ** 2).sum(axis=0)))
 
 
 def _differences(equations: Equations, x: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Differences (n, N, k) of states (n, N) and solutions (n, k) in units of scale, and their derivatives by the state."""
+    """Return differences (n, N, k) of states (n, N) and solutions (n, k) in units of scale, and their derivatives by states."""
     away, scale = x[:, :, None] - found[:, None, :], equations.scale[: equations.n, None, None]
     period = equations.turns[: equations.n, None, None]
     rate = np.divide(2 * np.pi, period, out=np.ones_like(period), where=period > 0)
@@ -167,7 +167,7 @@ def _differences(equations: Equations, x: np.ndarray, found: np.ndarray) -> tupl
 
 
 def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, found: np.ndarray, how: Deflation) -> np.ndarray:
-    """grad(ln M) . step (N,)."""
+    """Return grad(ln M) . step (N,)."""
     difference, slope = _differences(equations, x, found)
     with np.errstate(all="ignore"):
         square = (difference**2).sum(axis=0)  # (N, k)
@@ -177,12 +177,12 @@ def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, found: np.
 
 
 def equilibria_at(branch: Branch, value: float) -> np.ndarray:
-    """Where a branch passes a value of its parameter: states (n, k), on the curve between neighbouring points."""
+    """Return the states (n, k) at which a branch passes a value of its parameter, on the curve between its points."""
     equations, points, off = branch.equations, branch.points, branch.u[-1] - value
     curve, found = _curve(equations), [points[i].x for i in np.flatnonzero(off == 0)]
     for i in np.flatnonzero(np.sign(off[:-1]) * np.sign(off[1:]) < 0):
         at = located(curve, points[i].point, points[i + 1].point, _itself, lambda p: float(p.u[-1] - value))
-        if at is None:  # at one of them but for rounding
+        if at is None:  # at one of the two points, but for rounding
             at = points[i if abs(off[i]) < abs(off[i + 1]) else i + 1].point
         found.append(at.u[:-1])
     empty = np.empty((equations.n, 0))
@@ -198,7 +198,7 @@ def _curve(equations: Equations) -> Curve:
 
 
 def _passes(branch: Branch, u: np.ndarray) -> bool:
-    """Whether u (n+1,) lies on a branch, but for whole turns of angles: between its nearest neighbours nearest to it."""
+    """True if u (n+1,) lies on a branch, but for whole turns of angles: between the two points of it nearest to u."""
     scale, turns = branch.equations.scale, branch.equations.turns[:, None]
     away = u[:, None] - branch.u[:, :-1]
     away = (away - turns * np.rint(away / np.where(turns > 0, turns, np.inf))) / scale[:, None]
@@ -221,18 +221,18 @@ def disconnected_branches(
     how: Deflation = Deflation(),
     known: Sequence[Branch] = (),
 ) -> tuple[Branch, ...]:
-    """The branches that pass some values of the parameter, each once: those that touch no other as well.
+    """Compute the branches that pass some values of the parameter, each once, including those that touch no other.
 
-    At each value the equilibria of the branches known so far are divided out; a solution that is left lies on a branch of its
-    own, which is followed to its ends. starts: (n, N), see ``deflated``; near those found at a value the next one begins too.
-    known: branches that are not to be found again. A solution from which no branch can be followed is left out.
+    At each value the equilibria of the branches known so far are divided out; a further solution lies on a new branch,
+    which is followed to its ends. starts: (n, N), see ``deflated_solutions``; the solutions at a value serve as starts at the
+    next one too. known_branches: not returned again. A solution from which no branch can be followed is left out.
     """
     equations, branches, found = problem.equations, list(known), list[Branch]()
     empty = np.empty((equations.n, 0))
     before, random = empty, np.random.default_rng(0)
     for value in values:
         passed = np.concatenate([empty, *(equilibria_at(b, value) for b in branches)], axis=1)
-        # On a solution itself the operator has no direction.
+        # At a solution the operator has no direction.
         aside = before + _ASIDE * equations.scale[: equations.n, None] * random.normal(size=before.shape)
         more = deflated(equations, [value], np.concatenate([starts, aside], axis=1), passed, how).points
         for x in more.T[:, :, None]:

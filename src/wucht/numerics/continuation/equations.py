@@ -1,4 +1,4 @@
-"""What is followed: n equations F(u) = 0 of n + 1 unknowns; and those of a System's equilibria, f(x, p) = 0, compiled once."""
+"""Equations to be followed: F(u) = 0, n of n + 1 unknowns; and those of a System's equilibria, f(x, p) = 0, compiled once."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ Values = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class CurvePoint:
-    """A solution.
+    """A solution on a curve.
 
     u (n+1,): the unknowns, parameters last. tangent (n+1,): du/ds, s being the arclength. jacobian: dF/du, (n, n+1) or as the
-    problem keeps it. length: s. orientation: the sign of the determinant of dF/du with the tangent as its last row. bend
-    (n+1,): about d^2u/ds^2, where the point before is known.
+    problem stores it. length: s. orientation: the sign of the determinant of dF/du with the tangent as its last row. bend
+    (n+1,): about d^2u/ds^2, where the previous point is known.
     """
 
     u: np.ndarray
@@ -38,29 +38,29 @@ class CurvePoint:
 
 
 class Problem(Protocol):
-    """F(u) = 0 as ``Curve`` needs it: functions of u alone.
+    """F(u) = 0 in the form that ``Curve`` needs: functions of u alone.
 
-    scale (n+1,): by how much each unknown changes when it changes much: the unit of arclength.
+    scale (n+1,): a typical large change of each unknown: the unit of arclength.
     """
 
     @property
     def scale(self) -> np.ndarray: ...  # noqa: D102
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, Any]:
-        """F (n,) and its Jacobian."""
+        """Evaluate F (n,) and its Jacobian."""
 
     def solution(self, jacobian: Any, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
-        """x (n+1, k) with [jacobian; row] x = sides (n+1, k), and the determinant's sign. Raises ``RunError`` if singular."""
+        """Solve [jacobian; row] x = sides (n+1, k); return also the determinant's sign. Raises ``RunError`` if singular."""
 
     def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
-        """The same equations as they are best written near a point, and the point as they have it."""
+        """Return the equations in the form best suited near a point, and the point in that form."""
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers by which two solutions are seen to be one, in units of their scale, and the period of those on a circle."""
+        """Return numbers that identify a solution, in units of their scale, and the period of those on a circle."""
 
 
 def bordered_solution(jacobian: np.ndarray, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
-    """``Problem.solution`` for a Jacobian that is a full matrix."""
+    """Solve the bordered equations of ``Problem.solution`` for a Jacobian that is a full matrix."""
     from scipy.linalg.lapack import dgesv
 
     matrix = np.empty((len(row), len(row)), order="F")
@@ -80,10 +80,10 @@ class Functions:
 
     Parameters
     ----------
-    given : callable
+    function : callable
         u (n+1,) -> F (n,), dF/du (n, n+1).
     scale : ndarray, (n+1,)
-        By how much each unknown changes when it changes much.
+        A typical large change of each unknown.
     turns : ndarray, (n+1,), optional
         The period of unknowns that are angles, 0 of others.
     """
@@ -94,21 +94,21 @@ class Functions:
     solution: Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, int]] = field(default=bordered_solution, repr=False)
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See ``Problem``."""
+        """Evaluate F and its Jacobian: see ``Problem``."""
         return self.given(u)
 
     def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
-        """See ``Problem``: nothing changes."""
+        """Return the problem and the point unchanged: see ``Problem``."""
         return self, point
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See ``Problem``: the unknowns."""
+        """Return the unknowns as outline: see ``Problem``."""
         return u / self.scale, np.zeros(len(u)) if self.turns is None else self.turns / self.scale
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """f of n states and of the m parameters that are varied.
+    """Equations f = 0 of n states and of the m parameters that are varied.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class Equations:
     turns : ndarray, (n+m,)
         2 pi of states that are angles, 0 of others.
     scale : ndarray, (n+m,)
-        By how much each changes when it changes much.
+        A typical large change of each.
     """
 
     values: Callable[[np.ndarray], Values]
@@ -132,24 +132,24 @@ class Equations:
     def of(
         cls, system: System, varied: Sequence[str], fixed: Mapping[str, float], scale: Mapping[str, float] | None = None
     ) -> Equations:
-        """Of a System.
+        """Build the equations of a System's equilibria.
 
         Parameters
         ----------
         system : System
             Its outputs and quadratures are left out.
-        varied : sequence of str
+        parameters : sequence of str
             Names of the parameters that change along a branch.
-        fixed : mapping
-            Values of all others.
+        fixed_values : mapping
+            Values of all other parameters.
         scale : mapping, optional
-            By how much states and varied parameters change when they change much, by name; 1 where it is silent.
+            A typical large change of states and varied parameters, by name; 1 where none is given.
 
         Raises
         ------
         WuchtError
-            For a name that is no parameter, a parameter without a value or varied twice, a size that is not positive, a time
-            that occurs, a System without states.
+            For a name that is no parameter, a parameter without a value or varied twice, a size that is not positive,
+            equations that depend on time, a System without states.
         """
         names, n, m = system.parameter_names, len(system.states), len(varied)
         if not n:
@@ -164,11 +164,11 @@ class Equations:
             raise WuchtError(f"the parameter {missing[0]} has no value: give one to each that is not varied", code="no-value")
         if system.depends_on_time:
             raise WuchtError(
-                "these equations depend on time: they have no equilibria, but periodic orbits", code="time-dependent"
+                "these equations depend on time: they have no equilibria, only periodic orbits", code="time-dependent"
             )
         symbols = tuple(system.parameters[names.index(name)] for name in varied)
         kept = tuple(p for p in system.parameters if p not in symbols)
-        # A varied parameter is a state that stays: one compiled function then gives f and all its derivatives.
+        # A varied parameter is a constant state: one compiled function then gives f and all its derivatives.
         whole = System((*system.states, *symbols), (*system.derivatives, *(0,) * m), kept, system.definitions)
         values = _OfSystem(whole, tuple(fixed[p.name] for p in kept), n)
         turns = np.array([2 * math.pi if s in system.angles else 0.0 for s in system.states] + [0.0] * m)
@@ -183,7 +183,7 @@ class Equations:
         scale: Mapping[str, float] | None = None,
         angles: Sequence[str] = (),
     ) -> Equations:
-        """Of a function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m).
+        """Build equations from a function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m).
 
         states, parameters, angles: names. scale: as of ``of``. Raises ``WuchtError`` for a name that is none of these.
         """
@@ -195,18 +195,18 @@ class Equations:
         return cls(_OneByOne(values), tuple(states), tuple(parameters), turns, _sizes(names, scale))
 
     def scaled(self, scale: np.ndarray) -> Equations:
-        """The same, states and parameters (n+m,) being measured by other sizes. Raises ``WuchtError`` where one is no size."""
+        """Return the equations with another scale of states and parameters (n+m,). Raises ``WuchtError`` if not positive."""
         sizes = dict(zip(self.names, np.asarray(scale, float).tolist(), strict=True))
         return replace(self, scale=_sizes(self.names, sizes))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of states and parameters (n+m,)."""
+        """Names of states and parameters (n+m,)."""
         return (*self.states, *self.parameters)
 
     @property
     def n(self) -> int:
-        """How many states there are."""
+        """Number of states."""
         return len(self.states)
 
 
@@ -214,14 +214,14 @@ def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarra
     for name, size in (scale or {}).items():
         if not 0 < size < math.inf:
             raise WuchtError(
-                f"the scale of {name} is {size:g}: it must be a positive number, by how much it changes", code="scale"
+                f"the scale of {name} is {size:g}: it must be a positive number, a typical large change of it", code="scale"
             )
     return np.array([(scale or {}).get(name, 1.0) for name in names])
 
 
 @dataclass(frozen=True, eq=False)
 class _OfSystem:
-    """f (n,) of a System whose last states are parameters that are varied, and its derivatives, compiled when first called."""
+    """Values f (n,) of a System whose last states are the varied parameters, and derivatives, compiled when first called."""
 
     whole: System
     fixed: tuple[float, ...]
@@ -236,7 +236,7 @@ class _OfSystem:
         return f[: self.n], f_u[: self.n]
 
     def __reduce__(self) -> tuple[type[_OfSystem], tuple[System, tuple[float, ...], int]]:
-        return type(self), (self.whole, self.fixed, self.n)  # what is compiled stays here
+        return type(self), (self.whole, self.fixed, self.n)  # compiled code is not pickled
 
 
 @dataclass(frozen=True, eq=False)

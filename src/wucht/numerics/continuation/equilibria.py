@@ -1,4 +1,4 @@
-"""Branches of equilibria in one parameter, with eigenvalues, folds, Hopf and branch points, and zeros of a user's functions."""
+"""Branches of equilibria in one parameter, with eigenvalues, folds, Hopf and branch points, and zeros of user functions."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from wucht.numerics.continuation.special_points import (
 FOLD, HOPF, BRANCH_POINT = "fold", "hopf", "branch-point"
 
 _FIRST = 0.05  # of the range: a first step at most
-_NEAR = 1e-3  # of the first step: nearer to a point where the orientation changes it is passed, whatever it is
+_NEAR = 1e-3  # of the first step: nearer to a point where the orientation changes, the branch continues whatever its kind
 _AT = 1e-5  # arclength: a fold that near to a branch point is none
-_ON_AXIS = 1e-8  # relative: the sign of a real part that is smaller says nothing
-_HALVINGS = 8  # of a step, to find where eigenvalues have crossed and come back
+_ON_AXIS = 1e-8  # relative: the sign of a smaller real part is rounding
+_HALVINGS = 8  # of a step, to locate eigenvalues that crossed and came back
 _HERE = 1e-6  # of the parameter, in units of its scale: a start that near to a branch point is on it
 _CROSSING = {FOLD: 1, BRANCH_POINT: 1, HOPF: 2}  # eigenvalues that pass the imaginary axis there
-_NARROW = 0.25  # of the angle between both branches: how far off its direction a point of one is
+_NARROW = 0.25  # of the angle between both branches: the largest deviation of a point from the direction of its branch
 
 UserFunction = Callable[[np.ndarray], float]
 
@@ -54,13 +54,13 @@ class Equilibrium:
     Attributes
     ----------
     u : ndarray, (n+1,)
-        States and the parameter; angles as they have turned along the branch.
+        States and the parameter; angles continued along the branch, not wrapped.
     point : CurvePoint
         The same with tangent and Jacobian.
     eigenvalues : ndarray of complex, (n,)
-        Of df/dx, per unit of time.
+        Eigenvalues of df/dx, per unit of time.
     kind : str
-        ``""`` of a regular point, else ``"fold"``, ``"hopf"``, ``"branch-point"``, or the name of the user's function that is
+        ``""`` of a regular point, else ``"fold"``, ``"hopf"``, ``"branch-point"``, or the name of the user function that is
         zero.
     """
 
@@ -84,12 +84,12 @@ class Equilibrium:
 
     @cached_property
     def unstable(self) -> int:
-        """How many eigenvalues have a positive real part."""
+        """Number of eigenvalues with a positive real part."""
         return int(np.count_nonzero(self.eigenvalues.real > 0))
 
     @property
     def frequency(self) -> float:
-        """Of the pair of complex eigenvalues nearest to the imaginary axis, rad per unit of time: at a Hopf point its own."""
+        """Frequency of the complex pair of eigenvalues nearest to the imaginary axis, rad per unit of time."""
         complex_ = self.eigenvalues[self.eigenvalues.imag > 0]
         return float(complex_[np.abs(complex_.real).argmin()].imag) if len(complex_) else 0.0
 
@@ -105,7 +105,7 @@ class Branch(Followed[Equilibrium]):
 
     @cached_property
     def unstable(self) -> np.ndarray:
-        """How many eigenvalues of each point have a positive real part (N,)."""
+        """Number of eigenvalues of each point with a positive real part (N,)."""
         return np.array([p.unstable for p in self.points])
 
 
@@ -114,7 +114,7 @@ class Equilibria:
     """Branches of the equilibria of equations with one varied parameter.
 
     equations: f(x, p). bounds: (low, high) of the parameter. steps: see ``Steps``. limits: of some states, by their index,
-    beyond which a branch is not followed. functions: of u = (x, p) (n+1,), whose zeros are looked for, by name.
+    beyond which a branch is not followed. functions: of u = (x, p) (n+1,), whose zeros are located, by name.
     """
 
     equations: Equations
@@ -128,23 +128,23 @@ class Equilibria:
         bounds_of(self.equations, self.limits)
         if taken := self.functions.keys() & {FOLD, HOPF, BRANCH_POINT, UNRESOLVED}:
             raise WuchtError(
-                f"a function of yours must not be called {min(taken)}: special points of that kind are", code="name-taken"
+                f"a user function must not be called {min(taken)}: that is a kind of special point", code="name-taken"
             )
 
     @cached_property
     def curve(self) -> Curve:
-        """The problem as ``Curve`` follows it."""
+        """The problem in the form that ``Curve`` follows."""
         e, (low, high) = self.equations, self.bounds
-        # A first step of a good part of the range would pass what lies there.
+        # A first step over a large part of the range would miss special points there.
         first = min(self.steps.first, max(self.steps.least, _FIRST * abs(high - low) / float(e.scale[-1])))
         steps = replace(self.steps, first=first)
         bounds = bounds_of(e, self.limits, self.bounds)
         return Curve(Functions(e.values, e.scale, e.turns), bounds, steps, self._continues, e.names)
 
     def start(self, x: Sequence[float] | np.ndarray, value: float) -> CurvePoint:
-        """The equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where none is found.
+        """Solve for the equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where there is none.
 
-        Where two branches cross it is on the one that goes with the parameter; ``switched`` has the other, of what is ``seen``.
+        Where two branches cross it is on the one along the parameter; ``switch_branch`` leads to the other.
         """
         up = np.zeros(self.equations.n + 1)
         up[-1] = self.equations.scale[-1]
@@ -156,11 +156,11 @@ class Equilibria:
                 return found
             at = f"{self.equations.parameters[0]} = {value:.9g}"
             raise RunError(
-                f"{error}; nor do two branches cross at {at}: begin at another value or state", code="not-evaluated"
+                f"{error}; nor do two branches cross at {at}: start at another value or state", code="not-evaluated"
             ) from error
 
     def _crossing_near(self, u: np.ndarray) -> CurvePoint | None:
-        """The branch point near u (n+1,) at its value of the parameter."""
+        """Return the branch point near u (n+1,) at its value of the parameter, None if there is none."""
         try:
             found = branch_point_near(self.equations, u)
         except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
@@ -169,15 +169,15 @@ class Equilibria:
         return CurvePoint(found.u, found.tangents[0], found.jacobian, 0.0, 0) if here else None
 
     def walk(self, start: CurvePoint) -> Walk[Equilibrium]:
-        """The points from a first one on, special ones among them, as they are asked for."""
+        """Return the points from a first one on, special ones included, computed one by one."""
         return self._watch.walk(self.curve, start)
 
     def branch(self, start: CurvePoint) -> Branch:
-        """The whole branch through a point, followed both ways."""
+        """Follow the whole branch through a point both ways."""
         return Branch(self.equations, *self._watch.followed(self.curve, start))
 
     def seen(self, point: CurvePoint) -> Equilibrium:
-        """A point with its eigenvalues."""
+        """Return a point with its eigenvalues."""
         return Equilibrium(point, eigenvalues_of(point.jacobian[:, :-1]))
 
     @cached_property
@@ -209,11 +209,11 @@ class Equilibria:
         return not any(b.point.length - a.point.length > least and self._hides(a, b, _HALVINGS) for a, b in pairwise(stops))
 
     def _hides(self, here: Equilibrium, there: Equilibrium, halvings: int) -> bool:
-        """Whether between two points as unstable as each other there is one that is not: then special points cancel.
+        """True if between two equally unstable points there is one that is not, so that special points cancel.
 
-        Half way eigenvalues are taken at the cubic through both points, which costs less than a point of the branch; this is
-        computed only where they may cross. Found so are special points, whatever they are, that are farther apart than the
-        step over 2^halvings, if real parts are about parabolas over the step, or its middle lies between. Missed are narrower
+        Half way eigenvalues are taken at the cubic through both points, which costs less than a point of the branch; such a
+        point is computed only where they may cross. This detects special points of any kind that are farther apart than the
+        step over 2^halvings, if real parts are about parabolas over the step, or its middle lies between. It misses narrower
         excursions of real parts that are level elsewhere, and often two of three points where the same eigenvalue crosses.
         """
         if not halvings:
@@ -232,9 +232,9 @@ class Equilibria:
         return self._hides(here, between, halvings - 1) or self._hides(between, there, halvings - 1)
 
     def _continues(self, _: Problem, a: CurvePoint, b: CurvePoint) -> bool:
-        """Whether two points are on one curve: not, if the orientation changes and no branch point lies between.
+        """True if two points are on one curve: not, if the orientation changes and no branch point lies between.
 
-        So near to a point that is no simple branch point this cannot be told: that is passed, and labelled.
+        Very near to a point that is no simple branch point this is undecidable: the branch continues, and it is labelled.
         """
         near = b.length - a.length < _NEAR * self.curve.steps.first
         return a.orientation * b.orientation >= 0 or near or self._branch_point(a, b) is not None
@@ -249,9 +249,9 @@ class Equilibria:
         return replace(self.seen(point), kind=BRANCH_POINT)
 
     def switched(self, at: Equilibrium, step: float | None = None) -> tuple[CurvePoint, CurvePoint]:
-        """The first points of the other branch through a branch point, one on either side. Raises ``RunError``.
+        """Return the first points of the other branch through a branch point, one on either side. Raises ``RunError``.
 
-        step: how far away they are, at most.
+        step: their largest distance from it.
         """
         tangents = BranchPoint.at(self.equations, at.u, at.point.tangent).tangents
         distance = self.curve.steps.first if step is None else step
@@ -259,7 +259,7 @@ class Equilibria:
         return first, second
 
     def _aside(self, at: Equilibrium, other: np.ndarray, own: np.ndarray, distance: float) -> CurvePoint:
-        """A point in a direction, on the branch that has it: from a branch point other points are seen in other directions."""
+        """Return a point of the branch with a given direction at a branch point: other branches lie in other directions."""
         curve, scale = self.curve, self.equations.scale
         cosine = float((other / scale) @ (own / scale))
         aside = _NARROW * math.sqrt(max(1 - cosine**2, 0.0))
@@ -271,13 +271,13 @@ class Equilibria:
                 if max(off / distance, turned / 2) < aside and curve.within(found.u):
                     return found
             distance /= 2
-        raise RunError("near this branch point no point of the other branch was found within the bounds: mend the scale")
+        raise RunError("near this branch point there is no point of the other branch within the bounds: adjust the scale")
 
 
 def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
-    """Whether as many eigenvalues may have passed the imaginary axis as do so at the points between two.
+    """True if the special points between two points can explain the change of the number of unstable eigenvalues.
 
-    At a branch point one passes it, or touches it; those on the axis may be on either side.
+    At a branch point one passes the imaginary axis, or touches it; those on the axis may be on either side.
     """
     if not passed and here.unstable == there.unstable:
         return True
@@ -289,18 +289,18 @@ def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibri
 
 
 def _unstable(eigenvalues: np.ndarray, on_axis: float) -> tuple[int, int]:
-    """How many have a positive real part at least, and at most, as those on the axis have either sign."""
+    """Return the least and the greatest number with a positive real part, as those on the axis may have either sign."""
     return int((eigenvalues.real > on_axis).sum()), int((eigenvalues.real >= -on_axis).sum())
 
 
 def _without_turns(passed: Sequence[Equilibrium]) -> Sequence[Equilibrium]:
-    """Without folds at branch points: there a branch turns where it meets another, and no fold is."""
+    """Remove folds at branch points: there a branch turns where it meets another, which is no fold."""
     met = [p.point.length for p in passed if p.kind == BRANCH_POINT]
     return [p for p in passed if p.kind != FOLD or all(abs(p.point.length - m) > _AT for m in met)]
 
 
 def _sums(equilibrium: Equilibrium) -> float:
-    """Zero where two eigenvalues add up to zero."""
+    """Test function that is zero where two eigenvalues add up to zero."""
     return critical_pairs(equilibrium.eigenvalues)[0]
 
 

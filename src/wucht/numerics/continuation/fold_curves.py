@@ -32,12 +32,12 @@ _TURNED = 1 / math.cos(0.3) ** 2
 _ONE_SIDED_STEP = 1e-7  # of a difference to one side, in units of scale: rounding and truncation are then about as large
 _CENTRAL_STEP = 6e-6  # of central differences, in units of scale: the cube root of rounding
 _CORRECTIONS, _ACCURATE = 40, 1e-10
-_MET = 1e-7  # of what changes of the size of scale make of the conditions: so small they are where they are met
+_MET = 1e-7  # of the change of the conditions over one scale: smaller conditions count as met
 _STEPS = Steps(first=0.01, most=0.1, turn=0.1)
 
 
 class Bordered(NamedTuple):
-    """Derivatives at a point. matrix (n+1, n+2): of f and g. v, w (n,): null vectors of f_x, measured by the scale."""
+    """Derivatives at a point. matrix (n+1, n+2): of f and g. v, w (n,): null vectors of f_x, in units of scale."""
 
     matrix: np.ndarray
     v: np.ndarray
@@ -48,7 +48,7 @@ class Bordered(NamedTuple):
 class FoldProblem:
     """f = 0, g = 0 with unknowns u = (x, p, q) (n+2,). border (n+1, n+1): b, c in its last column and row.
 
-    weights (n, n): by which f_x is multiplied to be measured by the scale.
+    weights (n, n): factors of f_x that put it into units of scale.
     """
 
     equations: Equations
@@ -57,7 +57,7 @@ class FoldProblem:
 
     @classmethod
     def at(cls, equations: Equations, u: np.ndarray) -> FoldProblem:
-        """As it is best written at u (n+2,)."""
+        """Formulate the problem with the border best suited at u (n+2,)."""
         n, scale = equations.n, equations.scale
         weights = scale[:n] / scale[:n, None]
         left, _, right = np.linalg.svd(evaluated(equations, u)[:, :n] * weights)
@@ -65,11 +65,11 @@ class FoldProblem:
 
     @property
     def scale(self) -> np.ndarray:
-        """See ``Problem``."""
+        """Unit of arclength of each unknown: see ``Problem``."""
         return self.equations.scale
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, Bordered]:
-        """f and g (n+1,), and their derivatives. dg/du only steers: it is a difference along v."""
+        """Evaluate f and g (n+1,), and their derivatives. dg/du only guides Newton's method: it is a difference along v."""
         dgetrf, dgetrs = _routines()
         n, values, sizes = len(u) - 2, self.equations.values, self.equations.scale[: len(u) - 2]
         f, f_u = values(u)
@@ -93,18 +93,18 @@ class FoldProblem:
         return off, Bordered(matrix, v, w)
 
     def solution(self, jacobian: Bordered, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
-        """See ``Problem``."""
+        """Solve the bordered linear equations: see ``Problem``."""
         return bordered_solution(jacobian.matrix, row, sides)
 
     def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
-        """See ``Problem``: with b and c along the null vectors, once these have turned by 0.3 rad (c^T v = b^T w = 1)."""
+        """Align b and c with the null vectors, once these have turned by 0.3 rad (c^T v = b^T w = 1): see ``Problem``."""
         v, w = point.jacobian.v, point.jacobian.w
         if max(v @ v, w @ w) < _TURNED:
             return self, point
         return FoldProblem(self.equations, _border(v, w), self.weights), point
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See ``Problem``: the unknowns."""
+        """Return the unknowns as outline: see ``Problem``."""
         return u / self.equations.scale, self._turns
 
     @cached_property
@@ -114,14 +114,14 @@ class FoldProblem:
 
 @cache
 def _routines() -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """LAPACK's factorisation and solution: loading SciPy takes long, and looking it up at each call adds up."""
+    """Return LAPACK's factorisation and solution: loading SciPy takes long, and a look-up at each call adds up."""
     from scipy.linalg.lapack import dgetrf, dgetrs
 
     return dgetrf, dgetrs
 
 
 def evaluated(equations: Equations, u: np.ndarray) -> np.ndarray:
-    """df/du (n, n+m) at a first u. Raises ``RunError`` where it is not finite."""
+    """Evaluate df/du (n, n+m) at a first u. Raises ``RunError`` where it is not finite."""
     matrix = equations.values(u)[1]
     if not np.isfinite(matrix).all():
         at = ", ".join(f"{name} = {v:g}" for name, v in zip(equations.names, u, strict=False))
@@ -146,13 +146,13 @@ class Fold(SpecialEquilibrium):
 
     @cached_property
     def eigenvalues(self) -> np.ndarray:
-        """Of df/dx (n,), per unit of time, the critical one first."""
+        """Eigenvalues of df/dx (n,), per unit of time, the critical one first."""
         n = self.equations.n
         values = np.linalg.eigvals(self.point.jacobian.matrix[:n, :n])
         return values[np.argsort(np.abs(values))]
 
     def _coefficients(self) -> Mapping[str, float]:
-        """a, at a cusp c as well."""
+        """Return a, at a cusp c as well."""
         form = fold_form(self.equations, self.u)
         return {"a": form.a, "c": form.c} if self.kind == CUSP else {"a": form.a}
 
@@ -165,9 +165,9 @@ class Folds(SpecialCurves[Fold]):
         return FoldProblem.at(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> CurvePoint:
-        """The fold near a state (n,) and both parameters, as an ``Equilibrium`` of the kind fold has them, towards greater q.
+        """Solve for the fold near a state (n,) and both parameters, as of an ``Equilibrium`` of kind fold, towards greater q.
 
-        Raises ``RunError`` where none is found.
+        Raises ``RunError`` where Newton's method does not converge.
         """
         u = state_of(self.equations, x, parameters)
         curve = self.curve(u)
@@ -184,17 +184,17 @@ class Folds(SpecialCurves[Fold]):
 
 
 def direction(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """The direction (n+1,) that a Jacobian (n, n+1) maps to zero, in units of scale, the last parameter that moves growing."""
+    """Return the direction (n+1,) that a Jacobian (n, n+1) maps to zero, the last parameter that changes growing."""
     along = np.linalg.svd(matrix * scale)[2][-1]
     moving = np.flatnonzero(np.abs(along) > 1e-3)[-1]
     return np.asarray(along * scale * math.copysign(1.0, along[moving]))
 
 
-# The lengths of v and w lie between 1 and 1 / cos(0.3), as the border has it: they need no division here.
+# The border keeps the lengths of v and w between 1 and 1 / cos(0.3): they need no division here.
 
 
 def _curvature(fold: Fold) -> float:
-    """w^T B(v, v) in terms of w^T B(v, .): zero at a cusp."""
+    """Return w^T B(v, v) in terms of w^T B(v, .): zero at a cusp."""
     jacobian: Bordered = fold.point.jacobian
     n = len(jacobian.v)
     row = jacobian.matrix[n] * fold.equations.scale
@@ -211,7 +211,7 @@ def _exact_curvature(fold: Fold) -> float:
 
 
 def _skew(fold: Fold) -> float:
-    """The cosine between v and w: zero at a Bogdanov-Takens point."""
+    """Return the cosine between v and w: zero at a Bogdanov-Takens point."""
     return float(fold.point.jacobian.v @ fold.point.jacobian.w)
 
 
@@ -221,7 +221,10 @@ def _pairs(fold: Fold) -> float:
 
 @dataclass(frozen=True, eq=False)
 class FoldPairs:
-    """Of equations with three varied parameters, or two where only ``near`` is asked for. bounds: (low, high) of each."""
+    """Pairs of folds at one value of each varied parameter: three parameters, or two for ``nearest_pair`` alone.
+
+    bounds: (low, high) of each.
+    """
 
     equations: Equations
     bounds: tuple[tuple[float, float], ...]
@@ -231,20 +234,20 @@ class FoldPairs:
             raise WuchtError("two folds coincide at points of two parameters, or on curves in three of them", code="count")
 
     def near(self, first: np.ndarray, second: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """x, z and p (2 n + m,) nearest to states and parameters, by Gauss and Newton's method. Raises ``RunError``."""
+        """Solve for x, z and p (2 n + m,) nearest to states and parameters, by the Gauss-Newton method. Raises ``RunError``."""
         u = np.concatenate([first, second, parameters])
         for _ in range(_CORRECTIONS):
             off, jacobian = self._residual(u)
             slopes = jacobian * self._scale
             change = np.linalg.pinv(slopes) @ off
             u = u - change * self._scale
-            # Where no parameter parts both folds' values, the best compromise does not change either.
+            # Where no parameter separates the values at both folds, the best compromise does not change either.
             if np.linalg.norm(change) < _ACCURATE and np.linalg.norm(off) < _MET * np.linalg.norm(slopes):
                 return self._apart(u)
-        raise RunError("no point was found at which both folds coincide")
+        raise RunError("Newton's method does not converge to a point at which both folds coincide")
 
     def walk(self, u: np.ndarray, way: int = 1) -> Walk[tuple[Curve, CurvePoint]]:
-        """The points after one, for growing values of the third parameter (way 1) or the other way."""
+        """Return the points after one, for growing values of the third parameter (way 1) or the other way."""
         n, curve = self.equations.n, self._curve
         along = np.linalg.svd(self._residual(u)[1] * self._scale)[2][-1]
         grows = along[2 * n + 1 :][np.abs(along[2 * n + 1 :]).argmax()]
@@ -280,5 +283,5 @@ class FoldPairs:
     def _apart(self, u: np.ndarray) -> np.ndarray:
         n, scale = self.equations.n, self.equations.scale[: self.equations.n]
         if np.linalg.norm((u[:n] - u[n : 2 * n]) / scale) < 1e-6:
-            raise RunError("both folds are one")
+            raise RunError("both folds are the same point")
         return u

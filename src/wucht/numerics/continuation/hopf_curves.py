@@ -37,7 +37,7 @@ from wucht.numerics.continuation.two_parameters import HopfForm, SpecialCurves, 
 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 _ROUNDING = 1e-10  # of kappa, in units of its scale
-_SHARE = 1e-8  # of l1, in terms of the sizes of its summands: less is rounding
+_SHARE = 1e-8  # l1 relative to the sizes of its summands: less is rounding
 _ENDS = "it ends at a Bogdanov-Takens point: beyond it, two real eigenvalues have opposite signs"
 
 
@@ -63,7 +63,7 @@ class HopfProblem:
 
     @classmethod
     def at(cls, equations: Equations, u: np.ndarray) -> HopfProblem:
-        """As it is best written at u (n+3,)."""
+        """Formulate the problem with the border best suited at u (n+3,)."""
         n, sizes = equations.n, equations.scale[: equations.n]
         A = evaluated(equations, u[:-1])[:, :n] * (sizes / sizes[:, None])
         left, _, right = np.linalg.svd(A @ A + u[-1] * np.eye(n))
@@ -77,9 +77,9 @@ class HopfProblem:
         return np.asarray(sizes / sizes[:, None])
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, TwiceBordered]:
-        """f and two entries of G (n+2,), and their derivatives.
+        """Evaluate f and two entries of G (n+2,), and their derivatives.
 
-        Those of G only steer: they are central differences along V and A V.
+        Those of G only guide Newton's method: they are central differences along V and A V.
         """
         from scipy.linalg.lapack import dgesv  # dgetrs of two right-hand sides wakes other threads, however small they are
 
@@ -112,25 +112,25 @@ class HopfProblem:
         return np.append(f, [G[i, j] for i, j in self.entries]), TwiceBordered(matrix, V, W)
 
     def solution(self, jacobian: TwiceBordered, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
-        """See ``Problem``."""
+        """Solve the bordered linear equations: see ``Problem``."""
         return bordered_solution(jacobian.matrix, row, sides)
 
     def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
-        """See ``Problem``: with b and c along the null vectors, and those entries of G that are most independent."""
+        """Align b and c with the null vectors, and take the most independent entries of G: see ``Problem``."""
         n, jacobian = self.equations.n, point.jacobian
         A = jacobian.matrix[:n, :n] * self._weights
         return HopfProblem(self.equations, *_written(A, jacobian.V, jacobian.W), self.scale), point
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See ``Problem``: the unknowns."""
+        """Return the unknowns as outline: see ``Problem``."""
         return u / self.scale, np.append(self.equations.turns, 0.0) / self.scale
 
 
 def _written(A: np.ndarray, V: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, tuple[tuple[int, int], tuple[int, int]]]:
-    """The border and the two entries of G that suit null vectors (n, 2).
+    """Return the border and the two entries of G that suit null vectors (n, 2).
 
-    On the critical plane A^2 + kappa I = tr A + (kappa - det) I: G is a combination of W^T A V and W^T V, and of both entries
-    neither must follow from the other.
+    On the critical plane A^2 + kappa I = tr A + (kappa - det) I: G is a combination of W^T A V and W^T V, and the two entries
+    must be independent.
     """
     n = len(A)
     V, W = np.linalg.qr(V)[0], np.linalg.qr(W)[0]
@@ -152,7 +152,7 @@ class HopfPoint(SpecialEquilibrium):
 
     @property
     def frequency(self) -> float:
-        """Rad per unit of time; 0 at a Bogdanov-Takens point."""
+        """Frequency in rad per unit of time; 0 at a Bogdanov-Takens point."""
         return float(max(self.point.u[-1], 0.0) ** 0.5)
 
     @cached_property
@@ -186,17 +186,17 @@ class HopfPoints(SpecialCurves[HopfPoint]):
         return HopfProblem.at(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
-        """The Hopf point near a state (n,) and both parameters, as an ``Equilibrium`` of the kind hopf has them.
+        """Solve for the Hopf point near a state (n,) and both parameters, as of an ``Equilibrium`` of kind hopf.
 
         frequency: rad per unit of time, by default that of the complex pair nearest to the imaginary axis; 0 at a
-        Bogdanov-Takens point. Raises ``RunError`` where none is found.
+        Bogdanov-Takens point. Raises ``RunError`` where Newton's method does not converge, or to a neutral saddle.
         """
         at = state_of(self.equations, x, parameters)
         if frequency is None:
             values = np.linalg.eigvals(evaluated(self.equations, at)[:, : self.equations.n])
             values = values[values.imag > 0]
             if not len(values):
-                raise RunError("there is no pair of complex eigenvalues near this state: no Hopf point is near", code="no-pair")
+                raise RunError("no pair of complex eigenvalues near this state: there is no Hopf point nearby", code="no-pair")
             frequency = float(values[np.abs(values.real).argmin()].imag)
         u = np.append(at, frequency**2)
         curve = self.curve(u)

@@ -1,4 +1,4 @@
-"""The points of a curve where conditions hold: special equilibria along a branch, and what happens along curves of these."""
+"""The points of a curve where conditions hold: special equilibria along a branch, and special points on curves of these."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ CUSP, BOGDANOV_TAKENS, ZERO_HOPF = "cusp", "bogdanov-takens", "zero-hopf"
 GENERALISED_HOPF, DOUBLE_HOPF = "generalised-hopf", "double-hopf"
 UNRESOLVED = "unresolved"
 
-_ZERO = 1e-5  # what a test function, of order one where nothing happens, is at most where it is said to be zero
+_ZERO = 1e-5  # a test function, of order one elsewhere, counts as zero below this
 _NEEDS = {
-    1: "a branch of equilibria needs one parameter that is varied",
-    2: "a curve of special equilibria needs two parameters that are varied",
+    1: "a branch of equilibria needs one varied parameter",
+    2: "a curve of special equilibria needs two varied parameters",
 }
-_HALVINGS = 8  # of a step at most, to tell apart special points that lie within it
+_HALVINGS = 8  # of a step at most, to distinguish special points that lie within it
 
 
 class Seen(Protocol):
-    """A point of such a curve with what is known of it: a frozen dataclass."""
+    """A point of a curve with the quantities evaluated at it: a frozen dataclass."""
 
     @property
     def point(self) -> CurvePoint: ...  # noqa: D102
@@ -41,9 +41,9 @@ P = TypeVar("P", bound=Seen)
 
 @dataclass(frozen=True, eq=False)
 class Followed(Generic[P]):
-    """A curve that was followed to its ends. points: in order, special ones among them. ends: why it ends, at first and last.
+    """A curve that was followed to its ends. points: in order, special ones included. ends: why it ends, at first and last.
 
-    A closed curve has its first point once more as its last; then both sentences say so.
+    A closed curve has its first point once more as its last; both sentences then state that it is closed.
     """
 
     equations: Equations
@@ -52,22 +52,22 @@ class Followed(Generic[P]):
 
     @property
     def special(self) -> tuple[P, ...]:
-        """The points where a condition holds."""
+        """Points at which a condition holds."""
         return tuple(p for p in self.points if p.kind)
 
     @property
     def closed(self) -> bool:
-        """Whether it returns to its first point, but for whole turns of angles."""
+        """True if the curve returns to its first point, but for whole turns of angles."""
         return self.ends[0] == self.ends[1] == CLOSED
 
 
 @dataclass(frozen=True)
 class Condition(Generic[P]):
-    """A condition that singles out points of a curve.
+    """A condition that distinguishes points of a curve.
 
-    kind: their label. test: passes zero there; looked at along the way, it may be rough. exact: the same, right to rounding.
-    rounding: what is smaller says nothing of the test. relative: the test is not of order one, but measured by the largest
-    value that it has had. holds: whether a zero is what it is taken for. end: where the curve only lasts while the test is
+    kind: their label. test: passes zero there; it is evaluated along the way and may be rough. exact: the same to rounding.
+    rounding: smaller values of the test are insignificant. relative: the test is not of order one, but measured by its largest
+    value so far. holds: true if a zero is of this kind indeed. end: where the curve exists only while the test is
     positive, a sentence why it ends.
     """
 
@@ -81,7 +81,7 @@ class Condition(Generic[P]):
 
 
 class _Value(NamedTuple):
-    """A test function where it was not lost in rounding the last time, and the largest value seen, if that matters, else 1."""
+    """A test function at the last point where it exceeded rounding, and its largest value so far, if relative, else 1."""
 
     point: CurvePoint
     number: float
@@ -93,12 +93,12 @@ _Values = Mapping[str, _Value]
 
 @dataclass(frozen=True)
 class Watch(Generic[P]):
-    """What is looked for along a curve.
+    """Detection of special points along a curve.
 
-    seen: a point as the conditions see it. crossed: the point between two neighbours where another branch crosses, as the
-    orientation says. explains: whether what has changed from one point to a second follows from the special points between
-    them; else both halves of the way are looked at, and what is left is labelled ``"unresolved"``. kept: which of the special
-    points between two neighbours are told.
+    evaluate: adds to a point the quantities that the conditions need. branch_crossing: the point between two neighbours of
+    opposite orientation where another branch crosses. explains: true if the changes from one point to a second follow from
+    the special points between them; else both halves of the way are examined, and the remainder is labelled
+    ``"unresolved"``. select: which of the special points between two neighbours are reported.
     """
 
     seen: Callable[[CurvePoint], P]
@@ -108,11 +108,11 @@ class Watch(Generic[P]):
     kept: Callable[[Sequence[P]], Sequence[P]] = lambda points: points
 
     def walk(self, curve: Curve, start: CurvePoint) -> Walk[P]:
-        """The points after a first one, special ones among them, as they are asked for."""
+        """Return the points after a first one, special ones included, computed one by one."""
         return Walk(self._walked(start, curve.follow(start)))
 
     def followed(self, curve: Curve, start: CurvePoint) -> tuple[tuple[P, ...], tuple[str, str]]:
-        """The points of the whole curve through one, followed both ways, and why it ends at first and at last."""
+        """Follow the whole curve through a point both ways: return its points, and why it ends at first and at last."""
         onward, backward = self.walk(curve, start), self.walk(curve, curve.backwards(start))
         after = list(onward)
         closed = onward.end == CLOSED
@@ -125,7 +125,7 @@ class Watch(Generic[P]):
 
     def _walked(self, start: CurvePoint, walk: Walk[tuple[Curve, CurvePoint]]) -> Generator[P, None, str]:
         here = self.seen(start)
-        # Where a test function is lost in rounding its sign is that of the last point where it was not.
+        # Where a test function is below rounding its sign is that of the last point where it was not.
         last: _Values = {c.kind: _value(c, start, c.test(here), 0.0) for c in self.conditions}
         ending = [c for c in self.conditions if c.end]
         for curve, point in walk:
@@ -147,7 +147,7 @@ class Watch(Generic[P]):
         return walk.end
 
     def _passed(self, curve: Curve, here: P, there: P, last: _Values, halvings: int) -> tuple[list[P], _Values]:
-        """The special points between two neighbours, and the test functions at the second."""
+        """Return the special points between two neighbours, and the test functions at the second."""
         found, now = list[P | None](), dict(last)
         for condition in self.conditions:
             before = last[condition.kind]
@@ -174,7 +174,7 @@ class Watch(Generic[P]):
         return [*first, *second], last
 
     def _first(self, curve: Curve, before: Sequence[P], start: P, after: Sequence[P], ends: tuple[str, str]) -> list[P]:
-        """A first point, or in its place the special points that lie on it: what its neighbours say."""
+        """Return the first point, or in its place the special points that lie on it, as its neighbours show."""
         for condition in self.conditions:
             here = _value(condition, start.point, condition.test(start), 0.0)
             if condition.end and condition.end in ends and not _counts(condition, here):
@@ -204,7 +204,7 @@ def _counts(condition: Condition[P], value: _Value) -> bool:
 
 def _located(curve: Curve, a: CurvePoint, b: _Value, seen: Callable[[CurvePoint], P], condition: Condition[P]) -> P | None:
     def exact(point: CurvePoint) -> P:
-        """With the Jacobian at the point itself, not one correction before."""
+        """Evaluate with the Jacobian at this point, not one correction before."""
         return seen(replace(point, jacobian=curve.problem.residual(point.u)[1]))
 
     found = located(curve, a, b.point, exact, condition.exact)
@@ -214,7 +214,7 @@ def _located(curve: Curve, a: CurvePoint, b: _Value, seen: Callable[[CurvePoint]
 
 
 def _on_bound(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, str] | None:
-    """The point between two where the curve leaves the range to which it returns within a step, and the sentence for it."""
+    """Return the point where the curve leaves the range, to which it returns within a step, and the sentence for it."""
     if (left := curve.left(a.u, b.u)) is None:
         return None
     index, bound = left
@@ -237,7 +237,7 @@ def _reversed(seen: P) -> P:
 
 
 def refuse_other_than(count: int, equations: Equations) -> None:
-    """Raises ``WuchtError`` where not as many parameters are varied as a curve needs, one or two."""
+    """Raise ``WuchtError`` unless as many parameters are varied as the curve needs, one or two."""
     if len(equations.parameters) != count:
         given = ", ".join(equations.parameters) or "none"
         raise WuchtError(f"{_NEEDS[count]}; given: {given}", code="one-parameter")
@@ -246,17 +246,20 @@ def refuse_other_than(count: int, equations: Equations) -> None:
 def bounds_of(
     equations: Equations, limits: Mapping[int, tuple[float, float]], *bounds: tuple[float, float]
 ) -> dict[int, tuple[float, float]]:
-    """The bounds of a ``Curve``, by index: of some states, and of the parameters. Raises ``WuchtError`` for other indices."""
+    """Return the bounds of a ``Curve``, by index: of some states, and of the parameters.
+
+    Raises ``WuchtError`` for an index that is no state.
+    """
     n = equations.n
     if wrong := [i for i in limits if not 0 <= i < n]:
         raise WuchtError(
-            f"there is no state {wrong[0]} that could have limits: states are numbered from 0 to {n - 1}", code="no-state"
+            f"limits are given for state {wrong[0]}, which does not exist: states are numbered 0 to {n - 1}", code="no-state"
         )
     return {**limits, **{n + k: pair for k, pair in enumerate(bounds)}}
 
 
 def state_of(equations: Equations, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> np.ndarray:
-    """u = (x, p) (n+m,) of a state near which something is looked for. Raises ``WuchtError`` if one has another length."""
+    """Return u = (x, p) (n+m,) of a state and parameters. Raises ``WuchtError`` if one has a wrong length or is not finite."""
     for given, names, what in ((x, equations.states, "state"), (parameters, equations.parameters, "value of the parameters")):
         if np.shape(given) != (len(names),):
             raise WuchtError(f"a {what} is {len(names)} numbers, {', '.join(names)}; given: {given}", code="shape")

@@ -22,24 +22,24 @@ from wucht.numerics.zeros_and_peaks import crossings
 
 P = TypeVar("P")
 
-LOST = 1e-13  # a sum of two eigenvalues, in terms of their sizes, that is smaller is rounding
+LOST = 1e-13  # a smaller sum of two eigenvalues, in terms of their sizes, is rounding
 
 _NODES = 6
 _JUMP = 0.1  # of the smaller value at the neighbours: a function that is larger at its change of sign jumps
 _AROUND = (0.02, 0.05, 0.1, 0.2)  # of the way: nearer to a branch point rounding spoils what Newton's method finds
 _ROUNDING = 1e-13  # of the larger value at the neighbours: a function that is smaller is zero
 _ENDS = np.array([0.0, 1.0])
-_APPROACH = 0.05  # of the bend of a parabola over a step: zeros as far off the real line as sqrt(0.05) of the step are near
+_APPROACH = 0.05  # of the bend of a parabola over a step: zeros up to sqrt(0.05) of the step off the real line count as near
 _MOST_STEPS = 15
 _TOLERANCE = 1e-12
 _ROUNDED = 1e-8  # corrections that small and no longer smaller are rounding
-_TOUCHING = 1e-8  # in units of scale: branches that pass one another more closely cross
+_TOUCHING = 1e-8  # in units of scale: branches that pass each other more closely cross
 _FLAT = 1e-9  # of the largest: rates of an equation that are smaller are zero
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 
 
 class _Sample(NamedTuple, Generic[P]):
-    """A point of the curve, what is seen of it, and its test function."""
+    """A point of the curve, its evaluation, and its test function."""
 
     point: CurvePoint
     seen: P
@@ -49,10 +49,10 @@ class _Sample(NamedTuple, Generic[P]):
 def located(
     curve: Curve, a: CurvePoint, b: CurvePoint, seen: Callable[[CurvePoint], P], test: Callable[[P], float]
 ) -> P | None:
-    """The point between two neighbours where a test function, of what is seen of a point, passes zero.
+    """Locate the point between two neighbours where a test function of an evaluated point passes zero.
 
     None where it jumps instead (a pole), or where the curve cannot be computed there. So near to a branch point that Newton's
-    method fails, test function and curve are interpolated between the points found.
+    method fails, test function and curve are interpolated between computed points.
     """
     samples: dict[float, _Sample[P]] = {}
 
@@ -83,7 +83,7 @@ def _at_ends(samples: dict[float, _Sample[P]]) -> list[float]:
 def _interpolated(
     curve: Curve, samples: dict[float, _Sample[P]], seen: Callable[[CurvePoint], P], test: Callable[[P], float]
 ) -> _Sample[P] | None:
-    """The point where the polynomial through the test function's values passes zero, by that through the points."""
+    """Return the point where the polynomial through the test function's values passes zero, interpolated between points."""
     root, shares = _root(samples), _nearest(samples)
     if len(shares) < _NODES or not min(samples) <= root <= max(samples):
         return None
@@ -102,14 +102,14 @@ def _nearest(samples: dict[float, _Sample[P]]) -> list[float]:
 
 
 def _root(samples: dict[float, _Sample[P]]) -> float:
-    """Where the share, as a polynomial of the test function's values, has the value for zero: Lagrange's formula."""
+    """Interpolate the share, as a polynomial of the test function's values, at zero: Lagrange's formula."""
     distinct = {samples[share].value: share for share in _nearest(samples)[::-1]}
     values = {share: value for value, share in distinct.items()}
     return sum(s * math.prod(values[r] / (values[r] - values[s]) for r in values if r != s) for s in values)
 
 
 def critical_pairs(eigenvalues: np.ndarray) -> tuple[float, bool]:
-    """Of all two of some eigenvalues (k,): where the sum of two vanishes, and whether a pair is imaginary there.
+    """Test function for sums of two of some eigenvalues (k,), and true if the smallest sum is of a complex pair.
 
     The number is the least sum of two, in terms of their sizes, with the sign of the product of all; it passes zero where a sum
     does. That is an imaginary pair if they are complex, else a neutral saddle.
@@ -126,18 +126,18 @@ def critical_pairs(eigenvalues: np.ndarray) -> tuple[float, bool]:
     size = sizes[i] + sizes[j]
     shares = np.abs(sums) / np.where(size > 0, size, 1.0)
     least = int(shares.argmin())
-    negative = np.count_nonzero((sums.real < 0) & (sums.imag == 0))  # sums that are not real are conjugate to one another
+    negative = np.count_nonzero((sums.real < 0) & (sums.imag == 0))  # sums that are not real are conjugate to each other
     return float(shares[least]) * (-1) ** negative, bool(eigenvalues[i[least]].imag != 0)
 
 
 def least_real(eigenvalues: np.ndarray, largest: float) -> float:
-    """Where one of some eigenvalues (k,) vanishes: the least one in terms of the largest, with the sign of their product."""
+    """Test function for a zero eigenvalue among (k,): the least one in terms of the largest, with the sign of the product."""
     negative = np.count_nonzero((eigenvalues.real < 0) & (eigenvalues.imag == 0))
     return float(np.abs(eigenvalues).min()) / largest * (-1) ** negative if largest > 0 else 0.0
 
 
 def eigenvalues_of(matrix: np.ndarray) -> np.ndarray:
-    """Of a matrix (k, k)."""
+    """Return the eigenvalues of a matrix (k, k)."""
     from scipy.linalg.lapack import dgeev
 
     real, imaginary, _, _, _ = dgeev(matrix, compute_vl=0, compute_vr=0)
@@ -145,16 +145,16 @@ def eigenvalues_of(matrix: np.ndarray) -> np.ndarray:
 
 
 def may_cross(before: np.ndarray, matrix: np.ndarray, after: np.ndarray, rounding: float) -> bool:
-    """Whether eigenvalues may pass the imaginary axis within a step in ways that cancel: some pass, and as many come back.
+    """True if eigenvalues may pass the imaginary axis within a step in ways that cancel: some pass, and as many come back.
 
-    Of eigenvalues at both ends (k,), and of the matrix (k, k) half way: whether real parts are parabolas that pass zero, or
-    nearly. Complex ones are followed to the nearest, real ones in their order, with their product; where pairs become real, or
-    are not told apart, all in the order of real parts. rounding: in terms of the largest, the sign of less says nothing.
+    From eigenvalues at both ends (k,), and the matrix (k, k) half way: true if real parts are parabolas that pass zero, or
+    nearly. Complex ones are matched to the nearest, real ones in their order, with their product; where pairs become real, or
+    cannot be distinguished, all in the order of real parts. rounding: in terms of the largest, smaller values have no sign.
     """
     a, b = before.tolist(), after.tolist()
     largest = max(map(abs, (*a, *b)))
     on_axis = rounding * largest
-    if len(a) == 1:  # few by hand: this is asked at each step
+    if len(a) == 1:  # few by hand: this is evaluated at each step
         return _dips(a[0].real, float(matrix[0, 0]), b[0].real, on_axis)
     if len(a) == 2:
         (p, q), (r, s) = matrix.tolist()
@@ -176,9 +176,9 @@ def may_cross(before: np.ndarray, matrix: np.ndarray, after: np.ndarray, roundin
 
 
 def _followed(a: list[complex], m: list[complex], b: list[complex]) -> list[tuple[complex, complex, complex]] | None:
-    """Numbers at both ends and half way: to each its closest half way, and that closest to where both point.
+    """Match numbers at one end to the closest half way, and to those at the other end closest to the extrapolation of both.
 
-    None if two have the same.
+    None if two are matched to the same.
     """
     if not len(a) == len(m) == len(b):
         return None
@@ -192,7 +192,7 @@ def _closest(numbers: list[complex], z: complex) -> complex:
 
 
 def _dips(a: float, m: float, b: float, rounding: float) -> bool:
-    """Whether the parabola through values at both ends of a step, of one sign, and half way passes zero between, or nearly."""
+    """True if the parabola through values of one sign at both ends of a step, and one half way, passes zero, or nearly."""
     a, b = (a if abs(a) > rounding else 0.0), (b if abs(b) > rounding else 0.0)
     if a * b < 0 or (a == b == 0 and abs(m) <= rounding):
         return False
@@ -209,9 +209,9 @@ def _twos(k: int) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class BranchPoint:
-    """Where two branches cross.
+    """A point at which two branches cross.
 
-    u (n+1,). jacobian (n, n+1). tangents (2, n+1): of the branch that was followed, and of the other. share: of the way to it.
+    u (n+1,). jacobian (n, n+1). tangents (2, n+1): of the branch that was followed, and of the other one. share: of the step.
     """
 
     u: np.ndarray
@@ -221,7 +221,7 @@ class BranchPoint:
 
     @classmethod
     def at(cls, equations: Equations, u: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
-        """The branches through a branch point u; the first is nearest to a direction (n+1,), by default the parameter's.
+        """Compute the branches through a branch point u; the first is nearest to a direction (n+1,), by default the parameter.
 
         Raises ``RunError`` where two branches do not cross there.
         """
@@ -249,7 +249,7 @@ class BranchPoint:
 
 
 def _derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """d/ds of dF/du (n, n+m) along a direction (n+m,), by a central difference: right to about ten digits."""
+    """Differentiate dF/du (n, n+m) along a direction (n+m,) by a central difference: accurate to about ten digits."""
     length = float(np.linalg.norm(direction / equations.scale))
     h = _STEP / length if length else 1.0
     _, both = equations.values(np.stack([u + h * direction, u - h * direction], axis=-1))
@@ -257,7 +257,7 @@ def _derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray
 
 
 def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPoint:
-    """The branch point between two neighbouring points of a branch.
+    """Solve for the branch point between two neighbouring points of a branch.
 
     Raises ``RunError`` where none lies there.
     """
@@ -265,31 +265,31 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
     u = _solved(equations, (a.u + b.u) / 2)
     share = float((u - a.u) / equations.scale @ way / (way @ way))
     if not -0.5 <= share <= 1.5:
-        raise RunError("no branch point was found between two points")
+        raise RunError("there is no branch point between the two points")
     return replace(BranchPoint.at(equations, u, b.u - a.u), share=share)
 
 
 def branch_point_near(equations: Equations, u: np.ndarray) -> BranchPoint:
-    """The branch point near u (n+1,), its branches in the order in which ``BranchPoint.at`` has them.
+    """Solve for the branch point near u (n+1,), its branches in the order of ``BranchPoint.from_point``.
 
-    Raises ``RunError`` where Newton's method finds none.
+    Raises ``RunError`` where Newton's method does not converge.
     """
     return BranchPoint.at(equations, _solved(equations, u))
 
 
 def _solved(equations: Equations, u: np.ndarray) -> np.ndarray:
-    """Where F_u (n, n+1) has less than full rank: a solution, and a regular one, of F + b w = 0, F_u^T w = 0, w^T w = 1.
+    """Solve for u where F_u (n, n+1) lacks full rank: a regular solution of F + b w = 0, F_u^T w = 0, w^T w = 1.
 
-    The unknowns are u, b, w. Raises ``RunError`` where Newton's method finds none from u (n+1,).
+    The unknowns are u, b, w. Raises ``RunError`` where Newton's method does not converge from u (n+1,).
     """
     n, scale, slack = equations.n, equations.scale, 0.0
-    # Equations of very different rates are measured by their own: at a branch point first derivatives alone may vanish.
+    # Equations of very different rates are scaled separately: at a branch point first derivatives alone may vanish.
     rates = np.abs(np.concatenate([equations.values(u)[1] * scale, *np.moveaxis(_second(equations, u), 1, 0)], axis=1)).max(
         axis=1
     )
     weights = 1 / np.where(rates > 0, rates, 1.0)[:, None]
     if not np.isfinite(weights).all():
-        raise RunError("no branch point was found: the equations cannot be evaluated there")
+        raise RunError("Newton's method for a branch point fails: the equations cannot be evaluated there")
     w = np.linalg.svd(equations.values(u)[1] * scale * weights)[0][:, -1]
     before = math.inf
     for _ in range(_MOST_STEPS):
@@ -314,11 +314,11 @@ def _solved(equations: Equations, u: np.ndarray) -> np.ndarray:
                 return u
             break
         before = change
-    raise RunError("no branch point was found")
+    raise RunError("Newton's method does not converge to a branch point")
 
 
 def _second(equations: Equations, u: np.ndarray) -> np.ndarray:
-    """d^2 F / du^2 (n, n+1, n+1) in units of scale, by central differences."""
+    """Return d^2 F / du^2 (n, n+1, n+1) in units of scale, by central differences."""
     n, basis = equations.n, _STEP * np.diag(equations.scale)
     both = equations.values(u[:, None] + np.concatenate([basis, -basis], axis=1))[1]
     return np.asarray((both[..., : n + 1] - both[..., n + 1 :]) * equations.scale[:, None] / (2 * _STEP))

@@ -1,7 +1,7 @@
-"""Special equilibria in two parameters: their normal forms on the centre manifold, and what their curves have in common.
+"""Special equilibria in two parameters: their normal forms on the centre manifold, and the common part of their curves.
 
 Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", Springer 2004, sections 3.5, 5.4, 8.2 to 8.4 and 10.2, whose symbols
-stand here: f(x + y) = A y + B(y, y)/2 + C(y, y, y)/6 + ..., q and p right and left eigenvectors. The forms B and C come from
+are used: f(x + y) = A y + B(y, y)/2 + C(y, y, y)/6 + ..., q and p right and left eigenvectors. The forms B and C come from
 the exact Jacobian by central differences of sixth order.
 """
 
@@ -32,7 +32,7 @@ _STEP = 0.005
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """A (n, n) = df/dx at a point; first, second (n, n, k): its derivatives along k directions, d_j B(d, .) and C(d, d, .)."""
+    """Derivatives of f. A (n, n) = df/dx; first, second (n, n, k): those of A along k directions d, B(d, .), C(d, d, .)."""
 
     A: np.ndarray
     first: np.ndarray
@@ -40,7 +40,7 @@ class Expansion:
 
 
 def expansion(equations: Equations, u: np.ndarray, directions: np.ndarray) -> Expansion:
-    """The derivatives of df/dx at u (n+m,) along directions (n, k) of the states, in one evaluation of 6 k + 1 points."""
+    """Compute the derivatives of df/dx at u (n+m,) along directions (n, k) of the states, evaluating 6 k + 1 points at once."""
     n, k = directions.shape
     length = np.linalg.norm(directions / equations.scale[:n, None], axis=0)
     h = _STEP / np.where(length > 0, length, 1.0)
@@ -56,7 +56,7 @@ def expansion(equations: Equations, u: np.ndarray, directions: np.ndarray) -> Ex
 
 @dataclass(frozen=True)
 class FoldForm:
-    """y' = beta + a y^2 + c y^3, y = <p, x - x0>, with <q, q> = <p, q> = 1.
+    """Normal form y' = beta + a y^2 + c y^3, y = <p, x - x0>, with <q, q> = <p, q> = 1.
 
     a: the quadratic coefficient, its sign for a q whose largest entry is positive. c: the cubic one, where a = 0 (a cusp).
     Both are infinite at a Bogdanov-Takens point, where <p, q> of unit vectors is zero.
@@ -67,7 +67,7 @@ class FoldForm:
 
 
 def fold_form(equations: Equations, u: np.ndarray) -> FoldForm:
-    """The normal form of a fold u = (x, p...) (n+m,). Raises ``RunError`` where the equations cannot be evaluated."""
+    """Compute the normal form of a fold u = (x, p...) (n+m,). Raises ``RunError`` where equations cannot be evaluated."""
     q, p = null_vectors(equations.values(u)[1][:, : equations.n])
     e = expansion(equations, u, q[:, None])
     n, skew = len(q), float(p @ q)
@@ -85,18 +85,18 @@ def fold_form(equations: Equations, u: np.ndarray) -> FoldForm:
 
 @dataclass(frozen=True)
 class BogdanovTakensForm:
-    """y0' = y1, y1' = beta1 + beta2 y0 + a y0^2 + b y0 y1, y0 being along the unit null vector, largest entry positive."""
+    """Normal form y0' = y1, y1' = beta1 + beta2 y0 + a y0^2 + b y0 y1, y0 along the unit null vector (largest entry > 0)."""
 
     a: float
     b: float
 
 
 def bogdanov_takens_form(equations: Equations, u: np.ndarray) -> BogdanovTakensForm:
-    """The normal form of a Bogdanov-Takens point u = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53) for n states."""
+    """Compute the normal form of a Bogdanov-Takens point u = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53)."""
     n = equations.n
     A = equations.values(u)[1][:, :n]
     q0, p1 = null_vectors(A)
-    # A q1 = q0, A^T p0 = p1: the singular A is bordered by its null vectors, and nothing is left of the border.
+    # A q1 = q0, A^T p0 = p1: the singular A is bordered by its null vectors, and the border's unknown vanishes.
     bordered = np.block([[A, p1[:, None]], [q0[None, :], np.zeros((1, 1))]])
     q1 = np.linalg.solve(bordered, np.append(q0, 0.0))[:n]
     p0 = np.linalg.solve(bordered.T, np.append(p1, 0.0))[:n]
@@ -117,7 +117,7 @@ class HopfForm:
     l1 : float
         The first Lyapunov coefficient.
     share : float
-        l1 in terms of the sizes of its summands, from -1 to 1: at 1e-9 nothing but rounding is left of it.
+        l1 relative to the sizes of its summands, from -1 to 1: at 1e-9 it is nothing but rounding.
     eigenvalues : ndarray of complex, (n,)
         The critical pair first.
     """
@@ -129,14 +129,14 @@ class HopfForm:
 
     @property
     def supercritical(self) -> bool:
-        """Whether the periodic orbits that begin there are stable on the centre manifold."""
+        """True if the periodic orbits that begin there are stable on the centre manifold."""
         return self.l1 < 0
 
 
 def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = None) -> HopfForm:
-    """The normal form of a Hopf point u = (x, p...) (n+m,); Kuznetsov (5.39), (10.45).
+    """Compute the normal form of a Hopf point u = (x, p...) (n+m,); Kuznetsov (5.39), (10.45).
 
-    frequency: of the pair that is meant; by default that nearest to the imaginary axis. Raises ``RunError`` where there is no
+    frequency: of the critical pair; by default the pair nearest to the imaginary axis. Raises ``RunError`` where there is no
     complex pair.
     """
     n = equations.n
@@ -159,14 +159,14 @@ def hopf_form(equations: Equations, u: np.ndarray, frequency: float | None = Non
 
 
 def null_vectors(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The right and the left unit vectors (n,) that a singular matrix (n, n) maps to zero; their largest entries positive."""
+    """Return the right and left unit vectors (n,) that a singular matrix (n, n) maps to zero, largest entries positive."""
     left, _, right = np.linalg.svd(matrix)
     q, p = right[-1], left[:, -1]
     return q * np.sign(q[np.abs(q).argmax()]), p * np.sign(p[np.abs(p).argmax()])
 
 
 def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A critical pair (2,), positive imaginary part first, its q and p (n,), and the other eigenvalues (n-2,)."""
+    """Return a critical pair (2,), positive imaginary part first, its q and p (n,), and the other eigenvalues (n-2,)."""
     from scipy.linalg.lapack import dgeev
 
     real, imaginary, left, right, failed = dgeev(matrix)
@@ -183,10 +183,10 @@ def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, 
 
 @dataclass(frozen=True, eq=False)
 class SpecialEquilibrium(ABC):
-    """A point of such a curve.
+    """A point of a curve of special equilibria.
 
-    point: u = (x, p, q) (n+2,), and what other unknowns the curve has, with tangent and derivatives. kind: ``""`` of a regular
-    point.
+    point: u = (x, p, q) (n+2,), followed by any other unknowns of the curve, with tangent and derivatives. kind: ``""`` of a
+    regular point.
     """
 
     equations: Equations
@@ -205,12 +205,12 @@ class SpecialEquilibrium(ABC):
 
     @property
     def parameters(self) -> np.ndarray:
-        """Both (2,)."""
+        """Both parameters (2,)."""
         return self.u[-2:]
 
     @cached_property
     def coefficients(self) -> Mapping[str, float]:
-        """Of the normal form, at a Bogdanov-Takens point its a and b: see ``normal_forms``."""
+        """Coefficients of the normal form, at a Bogdanov-Takens point its a and b."""
         if self.kind == BOGDANOV_TAKENS:
             takens = bogdanov_takens_form(self.equations, self.u)
             return {"a": takens.a, "b": takens.b}
@@ -256,22 +256,22 @@ class SpecialCurves(ABC, Generic[P]):
         bounds_of(self.equations, self.limits)
 
     def curve(self, u: np.ndarray) -> Curve:
-        """The problem as ``Curve`` follows it, written for the neighbourhood of a point u of it."""
+        """Return the problem in the form that ``Curve`` follows, formulated near a point u of it."""
         bounds = bounds_of(self.equations, self.limits, *self.bounds)
         return Curve(self._problem(u), bounds, self.steps, names=self.equations.names)
 
     def walk(self, start: CurvePoint) -> Walk[P]:
-        """The points from a first one on, special ones among them, as they are asked for."""
+        """Return the points from a first one on, special ones included, computed one by one."""
         curve, first = self._written(start)
         return self._watch(curve).walk(curve, first)
 
     def branch(self, start: CurvePoint) -> SpecialCurve[P]:
-        """The whole curve through a point, followed both ways."""
+        """Follow the whole curve through a point both ways."""
         curve, first = self._written(start)
         return SpecialCurve(self.equations, *self._watch(curve).followed(curve, first))
 
     def _written(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
-        """The null vectors as this border has them, so that no sign jumps at the first step."""
+        """Recompute the null vectors with this border, so that no sign jumps at the first step."""
         curve = self.curve(start.u)
         return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
 

@@ -1,1 +1,1 @@
-"""Many starts and parameter sets of one System, integrated together and watched while they run."""
+"""Many starts and parameter sets of one System, integrated together and observed while they run."""

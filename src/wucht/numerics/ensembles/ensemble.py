@@ -1,7 +1,7 @@
 """Ensembles: many starts and parameter sets of one compiled System, tile by tile, one integrator a thread.
 
-What comes of a member depends on its start, its parameters and the pace alone: to the last bit the same in whatever order the
-members are, however many threads there are and however large the tiles.
+The result of a member depends only on its start, its parameters and the pace: to the last bit the same for any order of the
+members, any number of threads and any size of the tiles.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
 R = TypeVar("R")
-# States of all members of a tile: enough for NumPy to watch them together at little cost, few enough to be held at each of some
-# hundred samples; no power of two, so that successive samples of a member do not fall into the same few lines of the cache.
+# States of all members of a tile: enough for NumPy to observe them together at little cost, few enough to store some hundred
+# samples of each; no power of two, so that successive samples of a member do not fall into the same few lines of the cache.
 _STATES = 2976
-_TILES_A_THREAD = 2  # that are under way, or done and not yet asked for
+_TILES_A_THREAD = 2  # that are in progress, or done and not yet yielded
 _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1
 
@@ -44,8 +44,8 @@ class CompiledEnsemble:
     ----------
     system : System
     tolerance : float
-    one_by_one : str
-        Why its members are integrated one by one; empty where they are in batches.
+    batching_obstacle : str
+        Why its members are integrated one by one; empty where they are integrated in batches.
     width : int
         Members that are integrated at once.
     """
@@ -58,12 +58,12 @@ class CompiledEnsemble:
 
     @property
     def batched(self) -> bool:
-        """Whether members are integrated in batches."""
+        """True if members are integrated in batches."""
         return not self.one_by_one
 
     @contextmanager
     def lanes(self) -> Iterator[Lanes]:
-        """What advances members, for one thread."""
+        """Lend the lanes that advance members, for one thread."""
         if isinstance(self._made, CompiledSystem):
             yield OneByOne(self._made)
             return
@@ -78,8 +78,8 @@ def compile_ensemble(
 ) -> CompiledEnsemble:
     """Compile a System for ensembles: in batches where that can be, else one by one with the same interface.
 
-    It cannot with events, with piecewise functions, which make events of their own, and without heyoka. Parameters are those of
-    ``compile_system``, which also says what is raised.
+    Batches are impossible with events, with piecewise functions, whose breakpoints are events, and without heyoka. Parameters
+    and errors are those of ``compile_system``.
     """
     bare = replace(system, outputs=(), quadratures=())
     used = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
@@ -87,7 +87,7 @@ def compile_ensemble(
     if (engine or available_engine()) != "heyoka":
         why = f"the engine is {engine or available_engine()}"
     elif events:
-        why = f"events are watched ({', '.join(e.name for e in events)})"
+        why = f"there are events ({', '.join(e.name for e in events)})"
     elif any(sp.sympify(e).has(PiecewiseCubic) for e in used):
         why = "the equations have piecewise functions"
     if why:
@@ -117,7 +117,7 @@ def run_ensemble(
     threads : int, optional
         As many as there are processors, if not given.
     report : callable, optional
-        Told the share that is done; may raise ``KeyboardInterrupt``.
+        Called with the completed share; may raise ``KeyboardInterrupt``.
 
     Raises
     ------
@@ -137,18 +137,18 @@ def tiles(
     numbers: Sequence[int] | None = None,
     report: Report | None = None,
 ) -> Iterator[Tile[R]]:
-    """The same, tile by tile in their order: each can be kept, and those that are known need not be computed again.
+    """Integrate all members tile by tile, in order: each tile can be stored, and stored ones need not be computed again.
 
-    No more are in memory than a few a thread. After Ctrl-C (``KeyboardInterrupt`` while one waits for the next, or raised by
-    ``report``) the threads stop, those tiles that are done still come, and then the interrupt is raised.
+    Only a few per thread are in memory. After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised
+    by ``report``) the threads stop, the completed tiles are still yielded, and then the interrupt is raised.
 
     Parameters
     ----------
     size : int, optional
-        Members a tile: tile i has those from ``i * size`` on. If not given, so many that all threads have work and memory
+        Members per tile: tile i has those from ``i * size`` on. If not given, so many that all threads have work and memory
         suffices.
     numbers : sequence of int, optional
-        Of the tiles that are wanted; all if not given.
+        Of the requested tiles; all if not given.
     """
     count, used = len(members), processors() if threads is None else threads
     size = _size(count, used, compiled) if size is None else size
@@ -159,7 +159,7 @@ def tiles(
     all_of_them = range(-(-count // size))
     wanted = list(all_of_them if numbers is None else numbers)
     if len(set(wanted)) < len(wanted) or not set(wanted) <= set(all_of_them):
-        raise WuchtError(f"the tiles that are wanted must be some of 0 to {len(all_of_them) - 1}, each once", code="no-tile")
+        raise WuchtError(f"the requested tiles must be among 0 to {len(all_of_them) - 1}, each once", code="no-tile")
 
     def compute(number: int, tick: Tick) -> Tile[R]:
         first = number * size
@@ -171,18 +171,18 @@ def tiles(
 
 
 def _size(count: int, threads: int, compiled: CompiledEnsemble) -> int:
-    """Members a tile: whole batches."""
+    """Return the number of members per tile: whole batches."""
     batches = -(-count // (_TILES_A_THREAD * max(1, threads) * compiled.width))
     return min(batches, max(1, _STATES // (len(compiled.system.states) * compiled.width))) * compiled.width
 
 
 def processors() -> int:
-    """How many this process may use."""
+    """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _fitting(members: Members, system: System) -> Members:
-    """The members. Raises ``WuchtError`` where they are not those of this System."""
+    """Return the members. Raises ``WuchtError`` where their shape does not fit the System."""
     given, wanted = (members.starts.shape[1], members.parameters.shape[1]), (len(system.states), len(system.parameters))
     if given != wanted:
         raise WuchtError(
@@ -194,13 +194,13 @@ def _fitting(members: Members, system: System) -> Members:
 
 
 class _GivenUpError(Exception):
-    """Of a thread that was asked to stop."""
+    """Ends the work of a thread after a stop request."""
 
 
 def _in_threads(
     compute: Callable[[int, Tick], Tile[R]], wanted: Sequence[int], threads: int, report: Report | None
 ) -> Iterator[Tile[R]]:
-    """What is computed of these numbers, in their order, no more of them under way than a few a thread."""
+    """Compute the tiles of these numbers, yielded in order, with only a few per thread in progress."""
     shares, asked_to_stop = dict.fromkeys(wanted, 0.0), threading.Event()
 
     def job(number: int) -> Tile[R]:
@@ -245,15 +245,15 @@ def _in_threads(
 
 @cache
 def _pool(threads: int, _process: int) -> ThreadPoolExecutor:
-    """Threads that stay for the next ensemble: of each new one the C library would keep memory of its own.
+    """Return threads that are reused for the next ensemble: for each new one the C library would retain memory.
 
-    A copy of the process has none of its threads, and gets others.
+    A copy of the process has none of these threads, and gets new ones.
     """
     return ThreadPoolExecutor(threads, "ensemble")
 
 
 def _ended(futures: Iterable[Future[Tile[R]]]) -> list[Future[Tile[R]]]:
-    """Those that had begun, when they are done; the others never begin."""
+    """Cancel futures that have not begun; wait for the others and return them."""
     begun = [f for f in futures if not f.cancel()]
     wait(begun)
     return begun

@@ -1,4 +1,4 @@
-"""What an ensemble consists of, what watches it, and what came of it: arrays over the members."""
+"""The members of an ensemble, their observers, and the results: arrays over the members."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ R = TypeVar("R")
 
 
 class Status(IntEnum):
-    """How a member ended."""
+    """Reason for which a member ended."""
 
-    SETTLED = 0  # as its observer said
+    SETTLED = 0  # by its observer's decision
     LIMIT = 1  # it reached the limit of time
     STOPPED = 2  # by a terminal event
     FAILED = 3
@@ -41,65 +41,66 @@ class Members:
 
     @classmethod
     def of(cls, starts: np.ndarray, parameters: np.ndarray | Sequence[float]) -> Members:
-        """Members of starts (M, n) and of parameters (M, p), or (p,) shared by all, which are not copied.
+        """Combine starts (M, n) with parameters (M, p), or (p,) shared by all, which are not copied.
 
         Raises ``WuchtError`` where their shapes do not fit.
         """
         begun, values = np.asarray(starts, float), np.asarray(parameters, float)
         if begun.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(begun)):
             shapes = f"starts of the shape {begun.shape} and parameters of the shape {values.shape}"
-            raise WuchtError(f"{shapes} make no members: (M, n) and (M, p) or (p,) do", code="shape")
+            raise WuchtError(f"{shapes} do not fit: members need (M, n) and (M, p) or (p,)", code="shape")
         return cls(begun, np.broadcast_to(values, (len(begun), values.shape[-1])))
 
     def __len__(self) -> int:
         return len(self.starts)
 
     def part(self, first: int, last: int) -> Members:
-        """Those from ``first`` on, before ``last``."""
+        """Return the members from ``first`` on, before ``last``."""
         return Members(self.starts[first:last], self.parameters[first:last])
 
 
 class Source(Protocol):
-    """Where members come from: ``Members``, or what makes them when they are asked for, and keeps none of them."""
+    """Source of members: ``Members``, or an object that makes them on request and stores none of them."""
 
     def __len__(self) -> int: ...
     def part(self, first: int, last: int) -> Members: ...  # noqa: D102
 
 
 class Observer(Protocol[R]):
-    """What watches members: its record is a frozen dataclass of arrays whose last axis is the member.
+    """Observer of members: its record is a frozen dataclass of arrays whose last axis is the member.
 
-    It is asked about any number of members at once, but never about one alone (then it gets it twice), since NumPy adds the
-    samples of one in another order than those of several: sums over samples are the same to the last bit whoever is beside.
-    What it says of a member must not depend on the others. It is called by several threads at once, with other members each.
+    It is called with any number of members at once, but never with one alone (then that one is passed twice), since NumPy adds
+    the samples of one in another order than those of several: so sums over samples are the same to the last bit in any company.
+    Its result for a member must not depend on the others. Several threads call it at once, each with other members.
     """
 
     def begin(self, members: Members) -> R:
-        """The record before anything has been seen."""
+        """Return the record before any sample."""
         ...
 
     def after(self, record: R, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
-        """The record after a chunk, and which members have settled.
+        """Update the record by a chunk, and decide which members have settled.
 
-        record: of L members. times: (K,), of the members' own. samples: (K, n, L). Returns the record, and (L,) of bool.
+        record: of L members. times: (K,), of each member since its start. samples: (K, n, L). Returns the record, and (L,) of
+        bool.
         """
         ...
 
     def kept(self, record: R) -> R:
-        """What is kept of the record of members that have ended: without what was needed on the way alone."""
+        """Reduce the record of members that have ended to its result, without intermediate quantities."""
         ...
 
 
 class Pacing(Protocol):
-    """In what chunks of their own time, which begins at zero, members advance: the same for all of them."""
+    """Division of time, which begins at zero for each member, into chunks: the same for all of them."""
 
     @property
     def chunks(self) -> int:
-        """How many at most."""
+        """Largest number of chunks."""
         ...
 
     def times(self, index: int) -> np.ndarray:
-        """The beginning of a chunk, and its times of sampling: (K + 1,), rising, the last at its end, where the next begins."""
+        """Return the beginning of a chunk and its sampling times (K + 1,), rising; the last is the next one's beginning."""
         ...
 
 
@@ -110,7 +111,7 @@ class Pace:
     Parameters
     ----------
     chunk : float
-        After each of this length an observer is asked. Each costs a step that is cut short: some hundred steps are a good one.
+        Length of time after which the observer is updated. Each end cuts a step short: some hundred steps are a good length.
     samples : int
         K in each chunk, evenly spaced: the last at its end, none at its beginning.
     until : float
@@ -132,31 +133,31 @@ class Pace:
 
     @property
     def chunks(self) -> int:
-        """How many at most."""
+        """Largest number of chunks."""
         return max(1, math.ceil(self.until / self.chunk * (1 - 1e-12)))
 
     def times(self, index: int) -> np.ndarray:
-        """The beginning of a chunk, and its times of sampling: (K + 1,)."""
+        """Return the beginning of a chunk and its sampling times (K + 1,)."""
         end = self.until if index + 1 == self.chunks else (index + 1) * self.chunk
         return np.linspace(index * self.chunk, end, self.samples + 1)
 
 
 @dataclass(frozen=True)
 class Ends(Generic[R]):
-    """What came of members.
+    """Results of members.
 
     Attributes
     ----------
     times : ndarray, (M,)
-        When each ended; of one that failed, when it was last sampled.
+        End time of each; of one that failed, the time of its last sample.
     states : ndarray, (M, n)
-        There.
+        At these times.
     status : ndarray of int8, (M,)
         ``Status`` of each.
     sentences : mapping of int to str
         Why a member failed, or the name of the event that stopped it, by its number.
     record : R
-        The observer's, of all members: of one that failed or was stopped, up to the chunk before.
+        The observer's, of all members: of one that failed or was stopped, up to the previous chunk.
     """
 
     times: np.ndarray
@@ -166,12 +167,12 @@ class Ends(Generic[R]):
     record: R
 
     def count(self, status: Status) -> int:
-        """How many ended so."""
+        """Count the members with a status."""
         return int((self.status == status).sum())
 
     @classmethod
     def joined(cls, parts: Sequence[Ends[R]]) -> Ends[R]:
-        """Those of one part after the other, at least one."""
+        """Join the results of at least one part, in order."""
         begins = np.cumsum([0, *(len(p.times) for p in parts)]).tolist()
         return Ends(
             np.concatenate([p.times for p in parts]),
@@ -183,7 +184,7 @@ class Ends(Generic[R]):
 
 
 def checked_record(record: R, count: int) -> R:
-    """The record itself. Raises ``RunError`` where it is not one of so many members."""
+    """Return the record. Raises ``RunError`` where it is not one of so many members."""
     if not is_dataclass(record) or any(np.shape(a)[-1:] != (count,) for a in _arrays(record).values()):
         raise RunError(
             f"an observer's record must be a frozen dataclass of arrays whose last axis has its {count} members", code="record"
@@ -192,12 +193,12 @@ def checked_record(record: R, count: int) -> R:
 
 
 def taken(record: R, lanes: np.ndarray) -> R:
-    """The record of some of its members, by their numbers."""
+    """Return the record of some of its members, by their numbers."""
     return type(record)(**{name: np.take(a, lanes, axis=-1) for name, a in _arrays(record).items()})
 
 
 def joined_records(records: Sequence[R]) -> R:
-    """The record of the members of several, at least one."""
+    """Join at least one record into that of all members."""
     columns = {name: [_arrays(r)[name] for r in records] for name in _arrays(records[0])}
     return type(records[0])(**{name: np.concatenate(arrays, axis=-1) for name, arrays in columns.items()})
 

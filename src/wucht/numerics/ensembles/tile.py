@@ -1,7 +1,7 @@
 """A tile: contiguous members of an ensemble, advanced together by one thread; a deterministic unit of work.
 
-After each chunk of time those that have ended make room: the others move together, so that lanes are full whatever the members
-do. A member's numbers do not depend on where it moves.
+After each chunk of time members that have ended are removed and the others move together, so that lanes stay full. A member's
+numbers do not depend on its lane.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from wucht.numerics.flow.heyoka_batch import BatchIntegrator
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Program
 
-Check = Callable[[], None]  # raises where the work is to be given up
+Check = Callable[[], None]  # raises if the work is to be stopped
 R = TypeVar("R")
-Tick = Callable[[float], None]  # is told the share that is done, 0 to 1; raises where the work is to be given up
+Tick = Callable[[float], None]  # called with the completed share, 0 to 1; raises if the work is to be stopped
 
 
 @dataclass(frozen=True)
 class Stop:
-    """Why a member goes no further. state: (n,), at the time; sentence: as in ``Ends``."""
+    """Early end of a member. state: (n,), at the time; sentence: as in ``EnsembleResult``."""
 
     time: float
     state: np.ndarray
@@ -46,10 +46,10 @@ class Stop:
 
 @dataclass(frozen=True)
 class Advanced:
-    """Where L members are after a chunk.
+    """State of L members after a chunk.
 
-    samples: (K, n, L). states: (n, L). numbers: (k, L), which actions of events may have changed. stops: by lane; of those the
-    arrays say nothing.
+    samples: (K, n, L). states: (n, L). numbers: (k, L), which actions of events may have changed. stops: by lane; the arrays
+    are undefined for these.
     """
 
     samples: np.ndarray
@@ -59,10 +59,10 @@ class Advanced:
 
 
 class Lanes(Protocol):
-    """What advances members, in one thread."""
+    """Lanes on which one thread advances members."""
 
     def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """What is computed with instead of parameters (L, p): (k, L), and by lane why there is none."""
+        """Convert parameters (L, p) to the numbers of the compiled code (k, L); where this fails, with a reason by lane."""
         ...
 
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> Advanced:
@@ -72,14 +72,14 @@ class Lanes(Protocol):
 
 @dataclass(frozen=True)
 class Batched:
-    """Many at once. names: of the states."""
+    """Lanes that advance many members at once. names: of the states."""
 
     integrator: BatchIntegrator
     program: Program
     names: tuple[str, ...]
 
     def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """The program's constants, computed once for equal parameters."""
+        """Return the program's constants, computed once for equal parameters."""
         known, refused = dict[bytes, np.ndarray](), dict[int, str]()
         values = np.empty((len(self.program.constants), len(parameters)))
         for lane, row in enumerate(parameters):
@@ -93,7 +93,7 @@ class Batched:
         return values, refused
 
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> Advanced:
-        """See ``Lanes``."""
+        """Advance the states in batches: see ``Lanes``."""
         result = self.integrator.advance(states, numbers, times, check)
         stops = dict[int, Stop]()
         for lane, failure in result.failures.items():
@@ -106,23 +106,23 @@ class Batched:
 
 @dataclass(frozen=True)
 class OneByOne:
-    """One after the other, with events and piecewise functions."""
+    """Lanes that advance one member after the other, with events and piecewise functions."""
 
     compiled: CompiledSystem
 
     def numbers(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """The parameters themselves."""
+        """Return the parameters unchanged."""
         return parameters.T.copy(), {}
 
     def advance(self, states: np.ndarray, numbers: np.ndarray, times: np.ndarray, check: Check) -> Advanced:
-        """See ``Lanes``."""
+        """Advance the states one by one: see ``Lanes``."""
         samples, reached = np.empty((len(times) - 1, *states.shape)), np.empty(states.shape)
         after, stops = numbers.copy(), dict[int, Stop]()
         for lane in range(states.shape[1]):
             check()
             try:
                 run = integrate(self.compiled, states[:, lane], numbers[:, lane], times).uninterrupted()
-            except RunError as error:  # its parameters cannot be computed with
+            except RunError as error:  # the equations cannot be evaluated at its parameters
                 stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
                 continue
             after[:, lane], end = run.parameters, run.end_state[: len(states)]
@@ -137,7 +137,7 @@ class OneByOne:
 
 @dataclass(frozen=True)
 class Tile(Generic[R]):
-    """What came of the members from ``first`` on. number: of the tile."""
+    """Result of the members from ``first`` on. number: of the tile."""
 
     number: int
     first: int
@@ -157,7 +157,7 @@ def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing
 
 
 class _Course(Generic[R]):
-    """Members under way. ids (L,): their numbers, rising; states (n, L), numbers (k, L) and record are theirs."""
+    """Members in progress. ids (L,): their numbers, rising; states (n, L), numbers (k, L) and record are theirs."""
 
     def __init__(self, lanes: Lanes, members: Members, observer: Observer[R]) -> None:
         count = len(members)
@@ -173,7 +173,7 @@ class _Course(Generic[R]):
         self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, why) for i, why in refused.items()})
 
     def advance(self, times: np.ndarray, check: Callable[[], None]) -> None:
-        """A chunk: advance, watch, and let go of those that have ended."""
+        """Advance the members by a chunk, observe them, and remove those that have ended."""
         begun = len(self.ids)
         advanced = self._lanes.advance(self.states, self.numbers, times, check)
         self.states, self.numbers, samples = advanced.states, advanced.numbers, advanced.samples
@@ -189,7 +189,7 @@ class _Course(Generic[R]):
         self._leave(settled)
 
     def _seen(self, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
-        """What the observer makes of a chunk."""
+        """Update the observer's record by a chunk, and return which members have settled."""
         count, record = len(self.ids), self.record
         if count == 1:
             twice = np.zeros(2, int)
@@ -197,11 +197,11 @@ class _Course(Generic[R]):
         record, settled = self._observer.after(record, times, samples)
         record, settled = checked_record(record, samples.shape[-1]), np.asarray(settled, bool)
         if settled.shape != samples.shape[-1:]:
-            raise RunError(f"an observer must say of each of {samples.shape[-1]} members whether it has settled")
+            raise RunError(f"an observer must decide of each of {samples.shape[-1]} members whether it has settled")
         return (taken(record, np.zeros(1, int)), settled[:1]) if count == 1 else (record, settled)
 
     def _stop(self, stops: Mapping[int, Stop]) -> None:
-        """Let go of those that go no further."""
+        """Remove the members that end early."""
         out = np.zeros(len(self.ids), bool)
         for lane, stop in stops.items():
             out[lane], i = True, int(self.ids[lane])
@@ -218,7 +218,7 @@ class _Course(Generic[R]):
         self.states, self.numbers = np.take(self.states, kept, axis=1), np.take(self.numbers, kept, axis=1)
 
     def ends(self) -> Ends[R]:
-        """Of all members, in their order."""
+        """Return the results of all members, in their order."""
         parts = [*self._records, (self.ids, self._observer.kept(self.record))]
         order = np.argsort(np.concatenate([ids for ids, _ in parts]))
         record = taken(joined_records([r for _, r in parts]), order)

@@ -1,1 +1,1 @@
-"""System -> motion: compiled once a structure, integrated as often as one likes, by heyoka or SciPy."""
+"""System -> motion: compiled once per structure, integrated any number of times, by heyoka or SciPy."""

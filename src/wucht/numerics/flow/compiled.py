@@ -1,6 +1,6 @@
-"""System -> compiled System: immutable, made once per structure and shared; each run has an integrator of its own.
+"""System -> compiled System: immutable, made once per structure and shared; each run has a separate integrator.
 
-A Program is compiled as a function of many points at once, too.
+A Program is also compiled as a function of many points at once.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from wucht.system import System
 
 DEFAULT_TOLERANCE = 1e-12
 ENGINES = ("heyoka", "scipy", "scipy-radau")
-# heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of its own size.
+# heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of that size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
 _POINTS = 8192  # at once: they stay in the processor's cache
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 
 
 class Integrator(Protocol):
-    """What advances a run, leg by leg. It belongs to that run, and its thread, until it is given back."""
+    """Integrator of a run, leg by leg. It belongs to that run, and its thread, until it is given back."""
 
     @property
     def time(self) -> float: ...  # noqa: D102
@@ -42,7 +42,7 @@ class Integrator(Protocol):
 
 
 class Engine(Protocol):
-    """Compiled code. Its integrators are lent, each to one run at a time: any thread may ask for one."""
+    """Compiled code. Its integrators are lent, each to one run at a time, to any thread."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -60,18 +60,18 @@ class CompiledSystem:
     ----------
     system : System
     events : tuple of Event
-        Those asked for, then those at breakpoints.
+        The requested ones, then those at breakpoints.
     tolerance : float
         Relative and absolute error allowed per step.
     engine_name : str
     engine : Engine
         The compiled code, which lends an integrator to each run.
     outputs : Evaluator
-        Of the System's outputs, over arrays.
+        Evaluates the System's outputs over arrays.
     locator : SegmentLocator, optional
-        Which segments of piecewise functions are in use; None where there are none.
+        Locates the segments of piecewise functions in use; None where there are none.
     jumps : Evaluator, optional
-        What the quadratures gain where a piecewise function jumps; None if nothing can.
+        Gains of the quadratures where a piecewise function jumps; None if there are none.
     interrupting : tuple of int
         The indices of the requested events that stop the integrator.
     lookahead : callable, optional
@@ -79,7 +79,7 @@ class CompiledSystem:
 
     Notes
     -----
-    Two are equal that were compiled from the same System, events, tolerance and engine.
+    Two compiled Systems are equal if made from the same System, events, tolerance and engine.
     """
 
     system: System
@@ -95,7 +95,7 @@ class CompiledSystem:
 
 
 def available_engine() -> str:
-    """``"heyoka"`` where it is installed, else ``"scipy"``."""
+    """Return ``"heyoka"`` where it is installed, else ``"scipy"``."""
     return "heyoka" if find_spec("heyoka") else "scipy"
 
 
@@ -108,12 +108,12 @@ def compile_system(
     Parameters
     ----------
     system : System
-        The integrals of its quadratures are computed along, with the same accuracy.
+        The integrals of its quadratures are computed with it, with the same accuracy.
     tolerance : float
         Relative and absolute error allowed per step (heyoka: compiled in).
     events : tuple of Event
     engine : {"heyoka", "scipy", "scipy-radau"}, optional
-        Taylor's method, Dormand-Prince 8(5,3), or Radau (stiff); None for the best that is installed.
+        Taylor's method, Dormand-Prince 8(5,3), or Radau (stiff); None for the best one installed.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def compile_system(
 
 
 def _smooth(system: System, segmentations: Segmentations) -> System:
-    """The System that is integrated: quadratures are states, piecewise functions the polynomials of the segments in use."""
+    """Build the System that is integrated: quadratures are states, piecewise functions the polynomials of segments in use."""
     rates = [_PER_UNIT * sp.sympify(q.expression) for q in system.quadratures]
     return System(
         (*system.states, *(sp.Symbol(f"integral of {q.name}", real=True) for q in system.quadratures)),
@@ -176,7 +176,7 @@ def _smooth(system: System, segmentations: Segmentations) -> System:
 
 @lru_cache(maxsize=256)
 def heyoka_function(program: Program) -> Any | None:
-    """heyoka's function of states, constants and time; None where there is no heyoka, or no such function in it."""
+    """Compile heyoka's function of states, constants and time; None where heyoka is absent or lacks a function."""
     expressions = [*(e for _, e in program.lines), *program.results]
     if available_engine() != "heyoka" or any(e.has(PiecewiseCubic) for e in expressions):
         return None
@@ -206,7 +206,7 @@ class ArrayFunction:
         values : ndarray, (r, K, M)
             Not finite where the results cannot be evaluated.
         """
-        if self._states is not None:  # nothing is to be computed
+        if self._states is not None:  # nothing has to be computed
             return np.array([states[i] for i in self._states])
         shape = states.shape[1:] if isinstance(states, np.ndarray) else states[0].shape
         if self._compiled is None:
@@ -226,14 +226,14 @@ class ArrayFunction:
                 fixed[:, :points].reshape(-1, *block)[:] = constants[:, None]
             for row, state in zip(x, states, strict=True):
                 row[:points].reshape(block)[:] = state[part]
-            # By one thread: blocks are small, and threads that ask, each for its members, are as many as processors.
+            # By one thread: blocks are small, and there are as many calling threads, each with its members, as processors.
             self._compiled(x, pars=fixed, outputs=found, batch_parallel=False)
             values[:, part] = found[:, :points].reshape(results, *block)
         return values
 
     @cached_property
     def _states(self) -> list[int] | None:
-        """Which states the results are; None where one is something else."""
+        """Indices of the states that the results are; None where one is no state."""
         places = {s: i for i, s in enumerate(self.program.states)}
         return [places[r] for r in self.program.results] if set(self.program.results) <= places.keys() else None
 

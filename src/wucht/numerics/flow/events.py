@@ -1,4 +1,4 @@
-"""What can happen during a run: a function of state and time goes through zero."""
+"""Events during a run: a function of state and time passes zero."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Action = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Event:
-    """An event happens where an expression goes through zero.
+    """An event happens where an expression passes zero.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Event:
     direction : {0, 1, -1}
         +1 rising, -1 falling, 0 both.
     terminal : bool
-        Whether the run stops there.
+        True if the run stops there.
     action : callable, optional
         Called with time, state (n,) and parameters (copies); returns the state and parameters with which the run continues (a
         body is released).
@@ -42,18 +42,18 @@ class Event:
 
     @property
     def interrupts(self) -> bool:
-        """Whether the integrator must stop at the event."""
+        """True if the integrator must stop at the event."""
         return self.terminal or self.action is not None or self.switch is not None
 
 
 @dataclass(frozen=True)
 class Hit:
-    """An event that happened.
+    """An occurrence of an event.
 
     Attributes
     ----------
     name : str
-        Of the event.
+        The event's name.
     time : float
         To the accuracy of the integration.
     state : ndarray, (n,)
@@ -67,7 +67,7 @@ class Hit:
 
 @dataclass(frozen=True)
 class LegResult:
-    """What an engine returns of one leg: samples up to the end or the interrupting event, whichever came first."""
+    """Result of one leg: samples up to the end or the interrupting event, whichever came first."""
 
     states: np.ndarray
     time: float
@@ -77,9 +77,9 @@ class LegResult:
 
 
 class LegError(RunError):
-    """An engine could not continue. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try.
+    """Error of an engine that could not continue. ``samples`` (n, m): those before; ``remedy``: a sentence with advice.
 
-    step: the mean one, where they ran out.
+    step: the mean step size, where the number of steps was exhausted.
     """
 
     def __init__(self, reason: str, remedy: str, samples: np.ndarray, step: float | None = None) -> None:
@@ -87,11 +87,11 @@ class LegError(RunError):
         self.samples, self.remedy, self.step = samples, remedy, step
 
     def __reduce__(self) -> tuple[type[LegError], tuple[str, str, np.ndarray, float | None]]:
-        """So that it can come from another process."""
+        """Support pickling, so that the error can be raised in another process."""
         return LegError, (str(self), self.remedy, self.samples, self.step)
 
     def sentence(self, time: float, names: Sequence[str], state: np.ndarray) -> str:
-        """What the user reads. time: reached; state (n,): sampled last, its numbers by these names."""
+        """Compose the sentence for the user. time: reached; state (n,): sampled last, its numbers by these names."""
         largest = sorted(zip(names, state, strict=False), key=lambda p: -abs(p[1]))[:4]
         shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
-        return f"the integration failed at t = {time:.6g}: {self} (largest states sampled last: {shown}). {self.remedy}"
+        return f"the integration failed at t = {time:.6g}: {self} (largest states of the last sample: {shown}). {self.remedy}"

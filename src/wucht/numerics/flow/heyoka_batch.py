@@ -1,7 +1,7 @@
 """Many motions of the same equations at once: heyoka's Taylor method on the lanes of a SIMD register.
 
-Each lane has its own state, parameters and step size, and none feels what the others do: the numbers of a motion depend on its
-beginning alone, to the last bit.
+Each lane has a separate state, parameters and step size, independent of the others: the numbers of a motion depend only on its
+start, to the last bit.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from wucht.numerics.flow.program import lower
 from wucht.numerics.flow.step_sizes import sentinels, unheard
 from wucht.system import System
 
-_IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
+_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
 
 
 @dataclass(frozen=True)
 class LaneFailure:
-    """A motion that could not be continued. time: which it reached; error: why, with its samples (n, m) before."""
+    """Failure of one motion. time: reached; error: the reason, with its samples (n, m) before."""
 
     time: float
     error: LegError
@@ -42,9 +42,9 @@ class LaneFailure:
 
 @dataclass(frozen=True)
 class LanesResult:
-    """Where motions got.
+    """Result of motions on lanes.
 
-    samples: (K, n, L). states: (n, L), reached. failures: by lane; what the arrays hold of those means nothing.
+    samples: (K, n, L). states: (n, L), at the end. failures: by lane; the arrays are undefined for these.
     """
 
     samples: np.ndarray
@@ -54,13 +54,13 @@ class LanesResult:
 
 @lru_cache(maxsize=64)
 def compile_batch(system: System, tolerance: float) -> HeyokaBatch:
-    """The compiled batch of a System's states; the same System and tolerance give the same one back."""
+    """Compile the batch of a System's states; the same System and tolerance give the same one back."""
     return HeyokaBatch(system, tolerance)
 
 
 class HeyokaBatch:
     """Compiled equations on as many lanes as two of the processor's registers hold: an integrator that is copied for each
-    thread, and copies that wait for the next one. LLVM's result is cached on disk by heyoka.
+    thread, and idle copies for the next one. LLVM's result is cached on disk by heyoka.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
@@ -70,7 +70,7 @@ class HeyokaBatch:
         program, units = lower(system, system.derivatives), state_units(system)
         variables, translate = translation(program, units=units)
         watched = [hy.nt_event_batch(f, callback=unheard) for f in sentinels(program, variables, translate)]
-        # Two registers of each number: one is computed with while the other waits, and half as many batches are begun.
+        # Two registers of each number: one is in use while the other waits, and half as many batches are started.
         self.width, self.program, self._units = 2 * int(hy.recommended_simd_size()), program, units
         self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive_batch(
@@ -82,25 +82,25 @@ class HeyokaBatch:
         )
 
     def lend(self) -> BatchIntegrator:
-        """An integrator that nobody else has."""
+        """Lend an integrator to one user alone."""
         try:
             return self._idle.pop()
         except IndexError:
             return BatchIntegrator(copy.deepcopy(self._original), self._units, self.width)
 
     def give_back(self, integrator: BatchIntegrator) -> None:
-        """Another one may have it: nothing of what it integrated is left."""
+        """Take an integrator back for the next user: nothing of its last motion remains."""
         self._idle.append(integrator)
 
 
 class BatchIntegrator:
-    """An integrator of one thread. adaptive: heyoka's, which belongs to it alone. units: of its states (n,). width: lanes."""
+    """An integrator of one thread. adaptive: heyoka's, not shared. units: of its states (n,). width: number of lanes."""
 
     def __init__(self, adaptive: Any, units: np.ndarray, width: int) -> None:
         import heyoka as hy
 
         self.width, self._units, self._adaptive = width, units[:, None], adaptive
-        # Views of its memory: to ask heyoka for them each time costs as much as a step.
+        # Views of its memory: to get them from heyoka each time costs as much as a step.
         self._state, self._pars, self._time = adaptive.state, adaptive.pars, adaptive.time
         self._bad_state = hy.taylor_outcome.err_nf_state
 
@@ -118,7 +118,7 @@ class BatchIntegrator:
         times : ndarray, (K + 1,)
             Increasing: the beginning, and where to sample; the last is the end.
         check : callable, optional
-            Called every few lanes; what it raises ends the work.
+            Called every few lanes; an exception that it raises ends the work.
         """
         count, width = states.shape[1], self.width
         samples, reached = np.empty((len(times) - 1, len(states), count)), np.empty(states.shape)
@@ -130,7 +130,7 @@ class BatchIntegrator:
             lanes = slice(first, min(first + width, count))
             used = lanes.stop - first
             begun, fixed = states[:, lanes], constants[:, lanes]
-            if used < width:  # the lanes that are left do what the last one does
+            if used < width:  # spare lanes repeat the last motion
                 fill = np.minimum(np.arange(width), used - 1)
                 begun, fixed = begun[:, fill], fixed[:, fill]
             sampled = self._propagate(begun, fixed, grid)
@@ -143,10 +143,10 @@ class BatchIntegrator:
     def _without_failures(
         self, sampled: np.ndarray, states: np.ndarray, constants: np.ndarray, grid: np.ndarray
     ) -> tuple[np.ndarray, dict[int, LaneFailure]]:
-        """The samples (K + 1, n, w) of a batch that did not reach its end, of those lanes that can, and the failures of others.
+        """Repeat a batch that did not reach its end: samples (K + 1, n, w) of lanes that can, and the failures of the others.
 
-        A lane that ceases to be finite stops all of them where they are. Then it is given a harmless copy of another to do,
-        and all begin again: so the others take the steps that they would have taken without it.
+        A lane that ceases to be finite stops all others. Then it is replaced by a copy of another lane,
+        and all start again: so the others take the steps that they would have taken without it.
         """
         good, failures, end = np.ones(self.width, bool), dict[int, LaneFailure](), grid[-1, 0]
         while True:
@@ -172,6 +172,6 @@ class BatchIntegrator:
 
 
 def _finite(samples: np.ndarray) -> np.ndarray:
-    """The samples (m, n) of (K, n) before the first that is not finite."""
+    """Return the samples (m, n) of (K, n) before the first that is not finite."""
     broken = ~np.isfinite(samples).all(axis=1)
     return samples[: int(broken.argmax())] if broken.any() else samples

@@ -25,31 +25,31 @@ from wucht.system import TIME, System
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
 COMPACT_ABOVE = 80
-_IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
+_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
 MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
-_ROUNDING = 1e-12  # of an event function: the sign of less says nothing
+_ROUNDING = 1e-12  # of an event function: the sign of a smaller value is rounding
 _JUST_BEFORE = 1e-3  # of a step
-_SHORTER, _OTHER_STEPS = 0.37, 6  # times the longest step: so that its middle is elsewhere; how often
+_SHORTER, _OTHER_STEPS = 0.37, 6  # times the longest step: so that its middle is elsewhere; number of attempts
 _OTHER_ENGINE = 'Try study.engine = "scipy"'
 NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
 
 
-# heyoka's steps are accurate relative to the largest state. An angle that integrates a speed says nothing about the size of a
-# motion, and its accuracy is that of the speed: in units so large it does not loosen the tolerance, however far it has turned.
+# heyoka's steps are accurate relative to the largest state. An angle that integrates a speed is no measure of the size of a
+# motion, and its accuracy is that of the speed: in so large a unit it does not loosen the tolerance, however far it has turned.
 # A power of two, so that no number is rounded.
 _TURNED = 2.0**20
 
 
 def state_units(system: System) -> np.ndarray:
-    """The unit in which heyoka holds each state (n,) of a System: large for angles that integrate a given rate or one state."""
-    # Definitions are not put in: they are shared, and written out they may be exponentially long.
+    """Return heyoka's unit of each state (n,) of a System: large for angles that integrate a given rate or one state."""
+    # Definitions are not substituted: they are shared, and written out they may be exponentially long.
     definitions, states = dict(system.definitions), set(system.states)
     moving = {s: {s} for s in (*states, TIME)}
     for symbol, expression in system.definitions:
         moving[symbol] = set().union(*(moving.get(s, set()) for s in sp.sympify(expression).free_symbols))
 
     def integrates_a_speed(rate: sp.Expr) -> bool:
-        """Whether a rate is given, or a constant times a state that is no angle."""
+        """True if a rate is a function of time, or a constant times a state that is no angle."""
         while rate in definitions:
             rate = definitions[rate]
         of = set().union(*(moving.get(s, set()) for s in rate.free_symbols)) - {TIME}
@@ -65,7 +65,7 @@ def state_units(system: System) -> np.ndarray:
 
 
 def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
-    """The error of a leg that has come from one time to another when its steps ran out."""
+    """Return the error of a leg that exhausted its steps between two times."""
     step = (time - begin) / MAX_STEPS
     return LegError(f"{MAX_STEPS} steps were not enough for one leg (of {step:.2g} on average)", UNKNOWN, samples, step)
 
@@ -84,7 +84,7 @@ class Translator:
         }  # fmt: skip
 
     def __call__(self, e: sp.Expr) -> Any:
-        """Translate. Raises ``RunError`` for a function that heyoka does not have."""
+        """Translate an expression. Raises ``RunError`` for a function that heyoka does not have."""
         if e not in self.memo:
             self.memo[e] = self._translate(e)
         return self.memo[e]
@@ -112,7 +112,7 @@ class Translator:
 
     def _power(self, e: sp.Pow) -> Any:
         base, exponent = self(e.base), e.exp
-        if exponent == 2 and isinstance(e.base, sp.cos):  # the square of the sine is there in most equations
+        if exponent == 2 and isinstance(e.base, sp.cos):  # the square of the sine occurs in most equations
             sine = self(sp.sin(e.base.args[0]))
             return 1.0 - sine * sine
         if exponent.is_Integer:
@@ -127,9 +127,9 @@ class Translator:
 
 
 def translation(program: Program, first: int = 0, units: np.ndarray | None = None) -> tuple[list[Any], Translator]:
-    """heyoka's variables for a program's states, and the translator; its constants are the parameters from ``first`` on.
+    """Return heyoka's variables for a program's states, and the translator; constants are the parameters from ``first`` on.
 
-    units: in which the variables hold the states (n,); None: 1 each.
+    units: of the states (n,) in these variables; None: 1 each.
     """
     import heyoka as hy
 
@@ -141,13 +141,13 @@ def translation(program: Program, first: int = 0, units: np.ndarray | None = Non
 
 
 def equations(program: Program, variables: Sequence[Any], translate: Translator, units: np.ndarray) -> list[tuple[Any, Any]]:
-    """Each variable with its rate, in units (n,), as heyoka integrates them."""
+    """Pair each variable with its rate, in units (n,), as heyoka integrates them."""
     rates = translate.program(program.lines, program.results)
     return [(v, r if unit == 1 else r / unit) for v, r, unit in zip(variables, rates, units.tolist(), strict=True)]
 
 
 def compiled_function(program: Program) -> Any:
-    """A program as heyoka's ``cfunc``: inputs are the states, parameters the program's constants; safe in any thread."""
+    """Compile a program as heyoka's ``cfunc``: inputs are the states, parameters the constants; safe in any thread."""
     import heyoka as hy
 
     variables, translate = translation(program)
@@ -158,7 +158,7 @@ def compiled_function(program: Program) -> Any:
 
 @dataclass
 class _Recorder:
-    """Records an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared.
+    """Recorder of an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared.
 
     index: of the event. hits: in its direction. ways: +1, -1 of all crossings of the leg, as heyoka reports them.
     """
@@ -177,7 +177,7 @@ class _Recorder:
 
 
 def goes_with(before: int, ways: Sequence[int], after: int) -> bool:
-    """Whether crossings (+1, -1 in order of time) lead from one sign of a function to another; 0: a sign that is not known."""
+    """True if crossings (+1, -1 in order of time) lead from one sign of a function to another; 0: an unknown sign."""
     sign = before
     for way in ways:
         if way * sign > 0:
@@ -187,7 +187,7 @@ def goes_with(before: int, ways: Sequence[int], after: int) -> bool:
 
 
 class HeyokaEngine:
-    """Compiled equations: an integrator that is copied for each run, and copies that wait for the next one.
+    """Compiled equations: an integrator that is copied for each run, and idle copies for the next one.
 
     LLVM's result is cached on disk by heyoka.
     """
@@ -199,7 +199,7 @@ class HeyokaEngine:
     ) -> None:
         import heyoka as hy
 
-        # Its log goes to stdout. Failures are reported as outcomes; of events that it warns it may have missed see ``leg``.
+        # Its log goes to stdout. Failures are reported as outcomes; its warnings of missed events are handled in ``leg``.
         hy.set_logger_level_critical()
         variables, translate = translation(program, units=units)
         _, watch = translation(event_program, len(program.constants), units)
@@ -210,10 +210,10 @@ class HeyokaEngine:
         constants = {s for s, _ in event_program.constants}
         for i, (event, function) in enumerate(zip(events, functions, strict=True)):
             if event_program.results[i].free_symbols <= constants:
-                continue  # what does not change never goes through zero, and heyoka refuses to watch it
+                continue  # a constant function never passes zero, and heyoka refuses it as an event
             if event.interrupts:
                 interrupting.append(i)
-                # Beyond a breakpoint another function is watched: a second event may follow at once, as when a ball bounces.
+                # Beyond a breakpoint the event function is another: a second event may follow at once, as when a ball bounces.
                 rest = {"cooldown": 0.0} if event.switch is not None else {}
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
@@ -229,19 +229,19 @@ class HeyokaEngine:
         )
 
     def lend(self) -> HeyokaIntegrator:
-        """An integrator that nobody else has: to make one takes as long as a short run."""
+        """Lend an integrator to one run alone: to make one takes as long as a short run."""
         try:
             return self._idle.pop()
         except IndexError:
             return HeyokaIntegrator(self, copy.deepcopy(self._original))
 
     def give_back(self, integrator: HeyokaIntegrator) -> None:
-        """The run is over: another one may have it. ``start`` and ``forget_events`` leave nothing of the run before."""
+        """Take an integrator back for the next run. ``start`` and ``forget_events`` clear the previous run."""
         self._idle.append(integrator)
 
 
 class HeyokaIntegrator:
-    """An integrator of one run. adaptive: heyoka's, which belongs to it alone."""
+    """An integrator of one run. adaptive: heyoka's, not shared."""
 
     def __init__(self, engine: HeyokaEngine, adaptive: Any) -> None:
         import heyoka as hy
@@ -259,7 +259,7 @@ class HeyokaIntegrator:
         ta.state[:] = state / engine.units
         if not np.array_equal(parameters, self._parameters):
             values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
-            ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
+            ta.pars[:] = values[: len(ta.pars)]  # those of constant events come last
             self._parameters = np.array(parameters, float)
             self._event_constants = engine.event_program.constant_values(parameters).tolist()
 
@@ -271,8 +271,8 @@ class HeyokaIntegrator:
     def leg(self, grid: np.ndarray) -> LegResult:
         """Advance over the grid (m,).
 
-        heyoka isolates the zeros of an event function within a step by halving it, and loses some where one lies exactly in the
-        middle; where the events do not go with the signs of their functions the leg is made again in other steps.
+        heyoka isolates the zeros of an event function within a step by halving it, and misses some where one lies exactly in
+        the middle; where the events contradict the signs of their functions the leg is repeated with other steps.
 
         Raises ``LegError`` when the state ceases to be finite, steps run out, or events cannot be located.
         """
@@ -290,10 +290,10 @@ class HeyokaIntegrator:
         raise LegError(f"the event {name!r} cannot be located", _OTHER_ENGINE, leg.states[:, :0])
 
     def _missed(self, before: list[int], leg: LegResult) -> int | None:
-        """The first event of which crossings in a leg were missed, as the signs of its function say; None where there is none.
+        """Return the first event with missed crossings in a leg, by the signs of its function; None if there is none.
 
-        before: those signs at the beginning of the leg. Crossings that are missed in pairs cannot be told so, nor those of an
-        event that interrupts in one direction only, but where the function ends beyond zero.
+        before: those signs at the beginning of the leg. Crossings missed in pairs are not detected, nor those of an event that
+        interrupts in one direction only, unless the function ends beyond zero.
         """
         after, events = self._signs(leg.time, leg.state), self._engine.events
         for recorder in self._recorders:
@@ -308,24 +308,24 @@ class HeyokaIntegrator:
         return None
 
     def _signs(self, time: float, state: np.ndarray) -> list[int]:
-        """Of all event functions; 0 where rounding decides."""
+        """Return the signs of all event functions; 0 where rounding decides."""
         values = self._engine.watched(state.tolist(), time, self._event_constants)
         return [0 if abs(value) <= _ROUNDING else int(math.copysign(1, value)) for value in values]
 
     def _just_before(self, time: float) -> list[int]:
-        """The signs a little before the end of the last step."""
+        """Return the signs a little before the end of the last step."""
         ta = self._adaptive
         earlier = time - _JUST_BEFORE * ta.last_h
         ta.update_d_output(earlier)
         return self._signs(earlier, self._engine.units * ta.d_output)
 
     def _advanced(self, grid: np.ndarray, longest: float) -> tuple[LegResult, float]:
-        """The leg in steps no longer than that, and how long the longest was."""
+        """Integrate the leg in steps no longer than a limit; return also the longest step."""
         ta, interrupting, units = self._adaptive, self._engine.interrupting, self._engine.units
         for recorder in self._recorders:
             recorder.hits.clear()
             recorder.ways.clear()
-        begin, ahead = float(ta.time), grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
+        begin, ahead = float(ta.time), grid[0] > ta.time  # heyoka's grids begin at the integrator's time
         times = np.concatenate([[ta.time], grid]) if ahead else grid
         result = ta.propagate_grid(times, max_steps=MAX_STEPS, max_delta_t=longest)
         outcome, samples = result[0], units[:, None] * np.asarray(result[-1][int(ahead) :]).T.reshape(len(units), -1)
@@ -346,10 +346,10 @@ class HeyokaIntegrator:
 
     @property
     def time(self) -> float:
-        """The time reached."""
+        """Time reached."""
         return float(self._adaptive.time)
 
     @property
     def state(self) -> np.ndarray:
-        """The state reached, (n,)."""
+        """State reached, (n,)."""
         return np.asarray(self._engine.units * self._adaptive.state)

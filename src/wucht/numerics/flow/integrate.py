@@ -23,12 +23,12 @@ TimeCallback = Callable[[float], None]
 
 @dataclass
 class Integration:
-    """An integration in progress: what it started from, and what has been recorded.
+    """An integration in progress: its start, and the record so far.
 
-    state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. before: what they
-    were (m,) where the leg began: the engine accumulates what the leg adds, so that a work that has become large does not
-    loosen its tolerance. times, states: what was sampled, leg by leg, ``done`` samples in all. fired_at: when each event last
-    fired. segments: those in use. sampled: the parameters at the last sample.
+    state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. before: their values
+    (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large work does not loosen its
+    tolerance. times, states: samples, leg by leg, ``done`` in all. fired_at: the time at which each event last fired.
+    segments: those in use. sample_parameters: the parameters at the last sample.
     """
 
     compiled: CompiledSystem
@@ -53,13 +53,13 @@ class Integration:
         self.sampled, self.before = self.pars, self.state[len(self.compiled.system.states) :]
         if locator is not None:
             self.segments = locator.start(time, self.state, self._own)
-        # A run may continue one that has stopped at this very event: it is behind it.
+        # A run may continue one that has stopped at a terminal event: it starts beyond it.
         self.fired_at = {i: time for i, e in enumerate(self.compiled.events) if e.terminal}
         self.integrator.forget_events()
         self._place(time, self._in_units(self.state))
 
     def _begin_leg(self) -> None:
-        """What the quadratures have come to is kept aside."""
+        """Store the values of the quadratures, and begin a leg with gains of zero."""
         state, n = self._in_units(self.integrator.state, back=True), len(self.compiled.system.states)
         self.before = state[n:]
         self._place(self.time, self._in_units(state))
@@ -69,23 +69,23 @@ class Integration:
 
     @property
     def time(self) -> float:
-        """The time reached."""
+        """Time reached."""
         return self.integrator.time
 
     @property
     def _own(self) -> np.ndarray:
-        """The parameters without those of the segments."""
+        """Parameters without those of the segments."""
         return np.append(self.pars, 1 / self.unit)
 
     def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
-        """States (n + m) or (n + m, N) with what the leg adds to the quadratures in units of their own, or back from there."""
+        """Convert states (n + m) or (n + m, N) to those with the leg's gains of the quadratures in their unit, or back."""
         n, changed = len(self.compiled.system.states), states.copy()
         before = self.before if changed.ndim == 1 else self.before[:, None]
         changed[n:] = changed[n:] * self.unit + before if back else (changed[n:] - before) / self.unit
         return changed
 
     def advance(self) -> bool:
-        """One leg. Returns whether there is more to do."""
+        """Advance by one leg. Returns true if there is more to do."""
         # Legs end at the same samples whatever happens within: a run in parts has the same numbers as a whole one.
         end = (max(self.done - 1, 0) // _SAMPLES_A_LEG + 1) * _SAMPLES_A_LEG + 1
         piece = self.grid[self.done : end]
@@ -103,7 +103,7 @@ class Integration:
         return self.done < len(self.grid) and self.stopped_by is None
 
     def _seen(self, hit: Hit) -> bool:
-        """Whether a hit at the border of two legs was counted by the leg before, or by the run that this one continues."""
+        """True if a hit at the border of two legs was counted by the previous leg, or by the run that this one continues."""
         close = 1e-12 * max(1.0, abs(hit.time))
         if abs(hit.time - self.grid[0]) <= close and any(e.terminal and e.name == hit.name for e in self.compiled.events):
             return True
@@ -117,9 +117,9 @@ class Integration:
         self.done += taken
 
     def _handle_events(self, leg: LegResult) -> None:
-        """What the event does at which the leg stopped, and what those do that happen at the same time.
+        """Apply the event at which the leg stopped, and those that happen at the same time.
 
-        Breakpoints and events at the very end of a leg are handled now: a run continued from there begins beyond them.
+        Breakpoints and events exactly at the end of a leg are handled now: a run continued from there begins beyond them.
         """
         index, before = leg.stopped_by, self.segments
         switch = None if index is None else self.compiled.events[index].switch
@@ -132,7 +132,7 @@ class Integration:
             self._place(leg.time, moved)
 
     def _after_actions(self, time: float, state: np.ndarray, fired: list[int]) -> np.ndarray:
-        """The state after these events' actions and those of events at the same time: an engine may report one only."""
+        """Apply the actions of these events and of events at the same time, of which an engine may report only one."""
         n, together = len(self.compiled.system.states), [*fired, *self._simultaneous(time, state, fired)]
         for i in together:
             event, self.fired_at[i] = self.compiled.events[i], time
@@ -158,11 +158,11 @@ class Integration:
         return simultaneous
 
     def _just_fired(self, index: int, time: float) -> bool:
-        """Whether an event has just been handled together with another."""
+        """True if an event has just been handled together with another."""
         return index in self.fired_at and abs(time - self.fired_at[index]) <= 1e-12 * max(1.0, abs(time))
 
     def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
-        """The segments after an event; returns the state with what the quadratures gain."""
+        """Change the segments after an event; returns the state with the gains of the quadratures."""
         locator, before = self.compiled.locator, self.segments
         if locator is not None:
             self.segments = locator.moved(time, state, self._own, before, switch)
@@ -172,7 +172,7 @@ class Integration:
         return self._jumped(time, state, before, self.segments)
 
     def _correct_sample(self, time: float, before: np.ndarray) -> None:
-        """A sample at the breakpoint itself was taken before the quadratures' gain there; outputs are read from its right."""
+        """Correct a sample exactly at a breakpoint: it lacks the quadratures' gain, and outputs are evaluated on the right."""
         block = next((s for s in reversed(self.states) if s.shape[1]), None)
         at, locator = float(self.grid[self.done - 1]), self.compiled.locator
         if block is None or locator is None or self.compiled.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
@@ -182,7 +182,7 @@ class Integration:
         block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
 
     def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """The state with what the quadratures gain from the change of segments."""
+        """Return the state with the gains of the quadratures from the change of segments."""
         if self.compiled.jumps is None:
             return state
         n, at = len(self.compiled.system.states), (np.array([time]), state[:, None])
@@ -190,7 +190,7 @@ class Integration:
         return np.concatenate([state[:n], state[n:] + (new - old)[:, 0] / self.unit])
 
     def failed(self, error: LegError) -> str:
-        """Record what the failing leg still reached; returns the sentence."""
+        """Record the last samples of a failed leg; returns the sentence."""
         self._record(self.grid[self.done :], error.samples)
         time = self.time
         reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
@@ -200,7 +200,7 @@ class Integration:
         return error.sentence(reached, self.compiled.system.state_names, last)
 
     def _advice(self, step: float) -> str:
-        """What to try where steps ran out, in the state reached."""
+        """Return advice for the state in which steps ran out."""
         system, program, state = self.compiled.system, self.compiled.engine.program, self.integrator.state
         function, n = program.function("math"), len(system.states)
         constants = program.constant_values(np.concatenate([self._own, self.segments])).tolist()
@@ -215,12 +215,12 @@ class Integration:
             return UNKNOWN
 
     def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
-        """What has been computed so far."""
+        """Return the trajectory computed so far."""
         if not self.done:
             self.times, self.states = [self.grid[:1]], [self.state[:, None]]
         times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
         n = len(self.compiled.system.states)
-        # What was computed since the last samples is given up, so that a run that is continued keeps its even grid.
+        # The motion since the last sample is discarded, so that a continued run keeps its even grid.
         at_sample = interrupted or failure is not None
         return Trajectory(
             times,
@@ -259,13 +259,13 @@ def integrate(
     progress : callable, optional
         Called with the time reached.
     unit : float
-        The size that the quadratures have, for their accuracy.
+        A typical size of the quadratures, for their accuracy.
 
     Returns
     -------
     Trajectory
-        A run that fails, or is stopped by Ctrl-C, returns what it has, with ``failure`` or ``interrupted``. The same run gives
-        the same numbers to the last bit.
+        A run that fails, or is stopped by Ctrl-C, returns its samples so far, with ``failure`` or ``is_interrupted``. The same
+        run gives the same numbers to the last bit.
 
     Raises
     ------
@@ -278,7 +278,7 @@ def integrate(
     state = np.asarray(initial, dtype=float)
     if state.shape not in ((n,), (n + accumulated,)) or not np.isfinite(state).all():
         raise RunError(
-            f"the initial state {state} has not {n} finite numbers, one for each of {', '.join(system.state_names)}",
+            f"the initial state {state} must have {n} finite numbers, one for each of {', '.join(system.state_names)}",
             code="initial-state",
         )
     state = np.concatenate([state, np.zeros(n + accumulated - len(state))])

@@ -1,4 +1,4 @@
-"""System -> straight-line program: what is constant during a run is taken out and computed once from the parameters.
+"""System -> straight-line program: constant expressions are taken out and computed once per run from the parameters.
 
 An expression such as ``m*l*cos(theta)`` becomes ``c0*cos(theta)`` with ``c0 = m*l``. A Taylor integrator then multiplies by a
 number instead of convolving two series, and an interpreted right-hand side does less. Both engines and all outputs use it.
@@ -23,8 +23,8 @@ from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System, needed_definitions
 
 Numbers = Sequence[float] | np.ndarray
-# Given by its name, SymPy would load all of a library: "from numpy import *" takes as long as ten functions.
-_ADDED = "_"  # begins the names of parameters that nobody gave
+# Given only a library's name, SymPy would load all of it: "from numpy import *" takes as long as ten functions.
+_ADDED = "_"  # begins the names of parameters that no user gave
 _LIBRARIES = {"numpy": np, "math": math, "cmath": cmath}
 Assignments = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
@@ -44,11 +44,11 @@ class Program:
         return python_function((self.parameters,), (), tuple(e for _, e in self.constants), "math")
 
     def function(self, modules: str = "numpy") -> Callable[..., Any]:
-        """(states, time, constants) -> the list of results; see ``python_function``."""
+        """Return the function (states, time, constants) -> list of results; see ``python_function``."""
         return python_function((self.states, TIME, tuple(s for s, _ in self.constants)), self.lines, self.results, modules)
 
     def constant_values(self, parameters: Numbers) -> np.ndarray:
-        """The constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
+        """Evaluate the constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
         try:
             values = np.array(self._constant_function(list(map(float, parameters))), dtype=float)
         except (ZeroDivisionError, OverflowError, ValueError):
@@ -63,7 +63,7 @@ class Program:
 
 @dataclass
 class _Folder:
-    """Replaces every part of an expression that depends on parameters alone by a constant's symbol."""
+    """Folder of constants: it replaces every part of an expression that depends on parameters alone by a symbol."""
 
     varying: set[sp.Symbol]
     constants: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
@@ -91,7 +91,7 @@ class _Folder:
 
 
 def lower(system: System, results: Sequence[sp.Expr]) -> Program:
-    """The program that computes ``results`` from a System's states and parameters, with the definitions they need."""
+    """Build the program that computes ``results`` from a System's states and parameters, with the definitions they need."""
     wanted = tuple(map(sp.sympify, results))
     return _lowered(system.states, system.parameters, tuple(needed_definitions(system.definitions, wanted)), wanted)
 
@@ -101,7 +101,7 @@ def _lowered(
     states: tuple[sp.Symbol, ...], parameters: tuple[sp.Symbol, ...], definitions: Assignments, results: tuple[sp.Expr, ...]
 ) -> Program:
     folder, lines = _Folder({*states, TIME}), []
-    # Put into what uses them: definitions that are constant, that are a multiple of one thing, or what one before them is.
+    # Definitions that are substituted: constants, multiples of one symbol or wave, and repetitions of a previous definition.
     known: dict[sp.Symbol, sp.Expr] = {}
     first: dict[sp.Expr, sp.Symbol] = {}
     for symbol, expression in definitions:
@@ -124,7 +124,7 @@ def _lowered(
 
 
 def _is_multiple(e: sp.Expr, varying: set[sp.Symbol]) -> bool:
-    """Whether it is a constant times a symbol, a sine or a cosine: two such that meet become a square."""
+    """True if it is a constant times a symbol, a sine or a cosine: a product of two of these may become a square."""
     moving = [a for a in sp.Mul.make_args(e) if a.free_symbols & varying]
     return len(moving) == 1 and (moving[0].is_Symbol or (moving[0].func in (sp.sin, sp.cos) and moving[0].args[0].is_Symbol))
 
@@ -132,7 +132,7 @@ def _is_multiple(e: sp.Expr, varying: set[sp.Symbol]) -> bool:
 def python_function(
     arguments: Sequence[Any], lines: Assignments, results: Sequence[sp.Expr], modules: str = "numpy"
 ) -> Callable[..., Any]:
-    """A Python function of ``arguments`` (symbols or groups of them) that runs the lines and returns the list of results.
+    """Compile a Python function of ``arguments`` (symbols or groups of them) that runs the lines and returns the results.
 
     modules: ``"math"`` for numbers, ``"cmath"`` for complex ones, ``"numpy"`` for arrays.
     """
@@ -148,7 +148,7 @@ def python_function(
 def _source(
     arguments: tuple[Any, ...], lines: Assignments, results: tuple[sp.Expr, ...], modules: str
 ) -> tuple[str, tuple[Pieces, ...]]:
-    """The text of the function, and the piecewise functions that it calls ``table_0``, ``table_1``, ..."""
+    """Print the text of the function; return also the piecewise functions that it calls ``table_0``, ``table_1``, ..."""
     expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
     tables = tuple({p.args[1]: None for e in expressions for p in sp.preorder_traversal(e) if isinstance(p, PiecewiseCubic)})
     shown = {table: sp.Function(f"table_{k}") for k, table in enumerate(tables)}
@@ -158,7 +158,7 @@ def _source(
     short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
     renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
     printed = [e.xreplace(short) for e in expressions]
-    # Sines and cosines of what is given are the dearest part of a mechanism's formulas: each is computed once.
+    # Sines and cosines of arguments are the most expensive part of a mechanism's formulas: each is computed once.
     given = {s for a in renamed for s in (a if isinstance(a, tuple) else (a,))}
     waves = {a for e in printed for a in e.atoms(sp.sin, sp.cos) if a.free_symbols <= given}
     once = {a: sp.Symbol(f"w{k}", real=True) for k, a in enumerate(sorted(waves, key=sp.default_sort_key))}
@@ -171,7 +171,7 @@ def _source(
 
 @lru_cache(maxsize=1024)
 def number_function(expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...]) -> Callable[[Iterable[float]], list[Any]]:
-    """Expressions as a function of the values of their symbols, which returns a list of numbers; made once.
+    """Compile expressions, once, as a function of the values of their symbols that returns a list of numbers.
 
     They are complex where an expression has the imaginary unit.
     """
@@ -184,7 +184,7 @@ def number_function(expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, 
 def compiled_function(
     expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...], of: sp.Symbol, modules: str
 ) -> Callable[[Sequence[float], Any], list[Any]]:
-    """Expressions as a function of the values of their symbols and of one more, a number or an array; made once."""
+    """Compile expressions, once, as a function of the values of their symbols and of one variable, a number or an array."""
     return python_function((symbols, of), (), expressions, modules)
 
 
@@ -197,17 +197,17 @@ class Evaluator:
 
     @classmethod
     def of(cls, system: System, expressions: Sequence[sp.Expr], names: Sequence[str]) -> Evaluator:
-        """The evaluator of expressions in a System's symbols."""
+        """Return the evaluator of expressions in a System's symbols."""
         return _evaluator(system, tuple(expressions), tuple(names))
 
     @classmethod
     def of_outputs(cls, system: System) -> Evaluator:
-        """The evaluator of a System's outputs."""
+        """Return the evaluator of a System's outputs."""
         return cls.of(system, [o.expression for o in system.outputs], [o.name for o in system.outputs])
 
     @classmethod
     def of_rates(cls, system: System) -> Evaluator:
-        """The evaluator of a System's derivatives, by the names of the states."""
+        """Return the evaluator of a System's derivatives, by the names of the states."""
         return cls.of(system, system.derivatives, system.state_names)
 
     @cached_property
@@ -215,12 +215,12 @@ class Evaluator:
         return self.program.function()
 
     def __call__(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> dict[str, np.ndarray]:
-        """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an (N,) array a name."""
+        """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an array (N,) for each name."""
         values = self._function(tuple(states), time, self.program.constant_values(parameters))
         return {n: np.broadcast_to(np.asarray(v, float), time.shape) for n, v in zip(self.names, values, strict=True)}
 
     def array(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> np.ndarray:
-        """The same as an array (k, N), in the order of the names."""
+        """Evaluate to an array (k, N), in the order of the names."""
         return np.array(list(self(time, states, parameters).values())).reshape(len(self.names), len(time))
 
 

@@ -22,7 +22,7 @@ _REMEDY = "Look for a parameter that is off by a factor of thousands, or try ano
 
 
 class ScipyEngine:
-    """The same as the engine heyoka."""
+    """Compiled equations for SciPy's integrators, with the interface of the engine heyoka."""
 
     name = "scipy"
 
@@ -35,15 +35,15 @@ class ScipyEngine:
         self.watched = event_program.function("math")
 
     def lend(self) -> ScipyIntegrator:
-        """A new integrator, which costs nothing."""
+        """Return a new integrator, which costs nothing."""
         return ScipyIntegrator(self)
 
     def give_back(self, integrator: ScipyIntegrator) -> None:
-        """Nothing is kept."""
+        """Take an integrator back: it is not reused."""
 
 
 class ScipyIntegrator:
-    """An integrator of one run. time, state (n,): those reached."""
+    """An integrator of one run. time, state (n,): the values reached."""
 
     def __init__(self, engine: ScipyEngine) -> None:
         self._engine, self._rhs, self._watched, self._events = engine, engine.rhs, engine.watched, engine.events
@@ -55,15 +55,15 @@ class ScipyIntegrator:
         self.time, self.state = time, np.array(state, dtype=float)
         self._constants = self._engine.program.constant_values(parameters).tolist()
         self._event_constants = self._engine.event_program.constant_values(parameters).tolist()
-        # Only those that have just happened: one of long ago may be about to happen again, at this very place. But the other
-        # end of a segment that has just begun lies within rounding of zero, and must be seen from where the argument goes.
+        # Only those that have just happened: an earlier one may be about to happen again at this place. But the other end of a
+        # segment that has just begun lies within rounding of zero: its sign is that towards which the argument moves.
         if self._cooled:
             values = self._watched(self.state.tolist(), time, self._event_constants)
             near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
             self._cooled = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooled.items() if end >= time}}
 
     def forget_events(self) -> None:
-        """Another part of the run begins."""
+        """Clear the cool-downs: another part of the run begins."""
         self._cooled.clear()
 
     def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
@@ -83,7 +83,7 @@ class ScipyIntegrator:
         return function
 
     def _cool(self, index: int) -> tuple[float, float]:
-        """Until when an event that has just happened is not looked for, and the sign that its function takes thereafter."""
+        """Return the end of an event's cool-down, and the sign that its function takes thereafter."""
         soon = _COOL_DOWN * max(1.0, abs(self.time))
         state = self.state + soon * np.array(self._rhs(self.state.tolist(), self.time, self._constants))
         value = float(self._watched(state.tolist(), self.time + soon, self._event_constants)[index])
@@ -92,7 +92,7 @@ class ScipyIntegrator:
     def _rates(self, t: float, y: np.ndarray) -> Sequence[float]:
         try:
             rates: Sequence[float] = self._rhs(y.tolist(), t, self._constants)
-        except (OverflowError, ValueError, ZeroDivisionError):  # SciPy would look for a step without end if these were NaN
+        except (OverflowError, ValueError, ZeroDivisionError):  # with NaN SciPy would search for a step forever
             raise LegError(_NOT_FINITE, _REMEDY, np.empty((len(y), 0))) from None
         return rates
 

@@ -1,7 +1,7 @@
 """Breakpoints met exactly: a piecewise cubic is one polynomial at a time, whose coefficients change between two steps.
 
 All piecewise functions of one argument share a segmentation: the breakpoints of all of them in order, and the segment in use.
-Its ends are watched as events; there the coefficients are changed and the run continues. So an integrator of any order sees
+Its ends are events, at which the coefficients are changed and the run continues. So an integrator of any order integrates
 smooth functions only, and no step crosses a breakpoint.
 """
 
@@ -23,8 +23,8 @@ from wucht.system import TIME, System
 
 _ENDS = 4
 _LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
-BEHIND = 2e-15  # of the largest number that occurs: how far beyond its argument a segment's end is watched at least
-ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: so near an argument is on its breakpoint
+BEHIND = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
+ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: a nearer argument is on its breakpoint
 
 Place = Callable[[float, np.ndarray, Numbers], list[float]]
 Result = TypeVar("Result")
@@ -35,8 +35,8 @@ Lookahead = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float
 class Segmentation:
     """The piecewise functions of one argument.
 
-    symbols: the segment's ends (0 where it has none) and whether it has them (1, 0), then of each function its origin and
-    coefficients.
+    symbols: the segment's ends (0 where it has none), flags of their existence (1, 0), then origin and coefficients of each
+    function.
     """
 
     argument: sp.Expr
@@ -46,7 +46,7 @@ class Segmentation:
 
     @classmethod
     def of(cls, index: int, argument: sp.Expr, functions: Sequence[Pieces]) -> Segmentation:
-        """A segmentation with symbols of its own."""
+        """Create a segmentation with distinct symbols."""
         breakpoints = np.unique(np.concatenate([f.breakpoints for f in functions]))
         names = [f"_segment{index}.{n}" for n in ("low", "high", "has_low", "has_high")]
         for k, f in enumerate(functions):
@@ -54,7 +54,7 @@ class Segmentation:
         return cls(argument, tuple(functions), breakpoints, tuple(sp.Symbol(n, real=True) for n in names))
 
     def polynomials(self) -> list[sp.Expr]:
-        """Each function as the polynomial of the segment in use, in the argument."""
+        """Return each function as the polynomial of the segment in use, in the argument."""
         polynomials, symbols = [], iter(self.symbols[_ENDS:])
         for f in self.functions:
             origin, *c, value = itertools.islice(symbols, 2 + f.degree)
@@ -65,12 +65,12 @@ class Segmentation:
 
     @cached_property
     def scale(self) -> float:
-        """The size of the breakpoints."""
+        """Size of the breakpoints."""
         return max(float(np.ptp(self.breakpoints)), float(np.abs(self.breakpoints).max())) or 1.0
 
     @cached_property
     def _rows(self) -> tuple[tuple[float, ...], ...]:
-        """What each segment has: its ends, whether it has them, and of each function origin and coefficients."""
+        """Values of the symbols on each segment: its ends, their flags, and origin and coefficients of each function."""
         lows, highs = np.append(-np.inf, self.breakpoints), np.append(self.breakpoints, np.inf)
         columns = [np.where(np.isfinite(x), x, 0.0) for x in (lows, highs)]
         columns += [np.isfinite(x).astype(float) for x in (lows, highs)]
@@ -81,26 +81,26 @@ class Segmentation:
         return tuple(map(tuple, np.stack(columns, axis=1).tolist()))
 
     def locate(self, value: float, ahead: float, size: float) -> int:
-        """The segment of an argument; on a breakpoint that to which it moves. size: of the numbers it is computed from."""
+        """Return the segment of an argument; on a breakpoint that to which it moves. size: of the numbers in its formula."""
         near = float(self.breakpoints[np.abs(self.breakpoints - value).argmin()])
         if abs(value - near) <= ROUNDING * max(self.scale, size) and ahead != value:
             return int(np.searchsorted(self.breakpoints, near, side="right" if ahead > value else "left"))
         return int(np.searchsorted(self.breakpoints, value, side="right"))
 
     def watched(self) -> tuple[sp.Expr, sp.Expr]:
-        """What rises through zero at the upper end of the segment, and falls through zero at the lower one.
+        """Return functions that rise through zero at the upper end of the segment, and fall through zero at the lower one.
 
-        heyoka's steps are accurate relative to the largest of all states and watched functions: so these stay of order one.
+        heyoka's steps are accurate relative to the largest of all states and event functions: so these stay of order one.
         """
         low, high, has_low, has_high = self.symbols[:_ENDS]
         above = has_high * (self.argument - high) / self.scale - (1 - has_high)
         return above, has_low * (self.argument - low) / self.scale + (1 - has_low)
 
     def segment(self, index: int, value: float | None = None, size: float = 1.0) -> list[float]:
-        """The values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
+        """Return the values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
 
-        heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one
-        that begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
+        heyoka misses an event whose function begins a step at exactly zero and passes zero again in that step, and one
+        that begins beyond it: so the ends are set a few roundings beyond an argument that lies on them.
         """
         low, high, has_low, has_high, *rest = self._rows[index]
         if value is not None:
@@ -114,7 +114,7 @@ class Segmentation:
 class Segmentations:
     """All segmentations of a System: the System without piecewise functions, and the events at their breakpoints.
 
-    polynomials: what stands for each piecewise function.
+    polynomials: those that replace the piecewise functions.
     """
 
     segmentations: tuple[Segmentation, ...]
@@ -122,7 +122,7 @@ class Segmentations:
 
     @classmethod
     def of(cls, expressions: Iterable[sp.Expr]) -> Segmentations:
-        """The segmentations of all piecewise functions in these expressions, the inner ones first."""
+        """Collect the segmentations of all piecewise functions in these expressions, the inner ones first."""
         segmentations: list[Segmentation] = []
         polynomials: dict[sp.Expr, sp.Expr] = {}
         rest = set().union(*(e.atoms(PiecewiseCubic) for e in expressions))
@@ -142,15 +142,15 @@ class Segmentations:
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The additional parameters, in order."""
+        """Additional parameters, in order."""
         return tuple(s for segmentation in self.segmentations for s in segmentation.symbols)
 
     def smooth(self, expression: sp.Expr) -> sp.Expr:
-        """An expression with the polynomials of the segments in use."""
+        """Replace piecewise functions in an expression by the polynomials of the segments in use."""
         return expression.xreplace(self.polynomials) if self.polynomials else expression
 
     def events(self) -> tuple[Event, ...]:
-        """Two events a segmentation: the argument leaves its segment upwards, downwards."""
+        """Return two events for each segmentation: the argument leaves its segment upwards, downwards."""
         return tuple(
             Event(f"segmentation {i} {way}", watched, direction, switch=(i, direction))
             for i, segmentation in enumerate(self.segmentations)
@@ -160,8 +160,8 @@ class Segmentations:
 
 @dataclass(frozen=True)
 class SegmentLocator:
-    """Which segments are in use at a time and state. place: where the arguments are. lookahead: the same, and where they go.
-    used: by each argument, the indices of the states (the time last) from which it is computed."""
+    """Locator of the segments in use at a time and state. place: values of the arguments. lookahead: these, and a little later.
+    state_indices: for each argument, the indices of the states (the time last) from which it is computed."""
 
     segmentations: tuple[Segmentation, ...]
     place: Place
@@ -170,14 +170,14 @@ class SegmentLocator:
 
     @classmethod
     def of(cls, segmentations: Segmentations, smooth: System) -> SegmentLocator:
-        """Compiled from the smooth System."""
+        """Compile the locator from the smooth System."""
         arguments, numbers = [s.argument for s in segmentations.segmentations], (*smooth.states, TIME)
         explicit = [smooth.explicit(argument) for argument in arguments]
         used = tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
         return cls(segmentations.segmentations, compile_place(smooth, arguments), compile_lookahead(smooth, arguments), used)
 
     def start(self, time: float, state: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """The values of the additional parameters at the start of a run. parameters: the System's own."""
+        """Return the values of the additional parameters at the start of a run. parameters: those of the System."""
         segments, sizes = [0] * len(self.segmentations), self._sizes(time, state)
         for _ in self.segmentations:  # an argument may depend on another one's segment; rates may be infinite on wrong ones
             arguments = self._finite(self.place, time, state, np.concatenate([parameters, self._values(segments)]))
@@ -190,10 +190,10 @@ class SegmentLocator:
     def moved(
         self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray, fired: tuple[int, int] | None
     ) -> np.ndarray:
-        """The values after an event. fired: the segmentation that reached an end of its segment and the direction, if one did.
+        """Return the values after an event: the segmentation that reached an end of its segment and the direction, or None.
 
         Where two arguments reach a breakpoint together only one event may be reported, and an argument that has just passed a
-        breakpoint may by rounding lie before it: so the others are placed by where their arguments are and where they go.
+        breakpoint may by rounding lie before it: so the other segments are located from their arguments now and a little later.
         """
         segments = self._segments(values)
         if fired is not None:
@@ -206,7 +206,7 @@ class SegmentLocator:
         return self._values(segments, arguments, sizes)
 
     def seen(self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """The values on the segments on which the arguments are, as outputs see them: from the right of each breakpoint."""
+        """Return the values on the arguments' segments as outputs use them: on the right of each breakpoint."""
         arguments, _ = self._lookahead(time, state, np.concatenate([parameters, values]))
         return self._values(
             [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, arguments, strict=True)]
@@ -224,7 +224,7 @@ class SegmentLocator:
             raise LegError("the state ceases to be finite", remedy, np.empty((len(state), 0))) from None
 
     def _sizes(self, time: float, state: np.ndarray) -> list[float]:
-        """The largest number from which each argument is computed: its rounding is a few units of that."""
+        """Return the largest number from which each argument is computed: its rounding is a few units of that."""
         values = np.append(np.abs(state), abs(time))
         return [float(values[list(index)].max(initial=0.0)) for index in self.used]
 
@@ -245,14 +245,14 @@ class SegmentLocator:
 
 
 def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
-    """A function of time, state and parameters: the values of expressions there."""
+    """Compile a function of time, state and parameters that returns the values of expressions."""
     position = lower(smooth, expressions)
     where = position.function("math")
     return lambda time, state, parameters: list(where(state.tolist(), time, position.constant_values(parameters).tolist()))
 
 
 def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:
-    """A function of time, state and parameters: the values of expressions there, and a little later."""
+    """Compile a function of time, state and parameters that returns the values of expressions, now and a little later."""
     position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
     where, rate = position.function("math"), rates.function("math")
 

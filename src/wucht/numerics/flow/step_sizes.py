@@ -1,13 +1,13 @@
-"""How long steps may be: narrow transitions that Taylor's method sees from afar, and why so many steps were needed.
+"""Step sizes: narrow transitions that limit the steps of Taylor's method, and advice where too many steps were needed.
 
-A Taylor step knows of what lies ahead only what the coefficients at its beginning show. Those of tanh(u) decay with
+A Taylor step knows the motion ahead only by the coefficients at its beginning. Those of tanh(u) decay with
 exp(-2 abs(u)): many widths away from u = 0 it is flat to the last bit, and a step may pass the whole transition without a
 trace. The logarithm of 1 + u^2 is steep nowhere, but singular at u = +-i, and its coefficients of order p decay with
-abs(u -+ i)^-p alone. heyoka's steps are accurate for the states and for all functions that are watched for events, relative to
-the largest of them. So for each tanh a function is watched that never has a zero: it holds a step to a part of the distance
+abs(u -+ i)^-p alone. heyoka's steps are accurate for the states and for all event functions, relative to
+the largest of them. So for each tanh an event function without zeros is added: it limits a step to a part of the distance
 from the transition.
 
-What is stiff needs steps far shorter than its motion; what is only long needs many of them.
+A stiff machine needs steps far shorter than its motion; a long run only needs many of them.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import sympy as sp
 
 from wucht.numerics.flow.program import Program
 
-# The function stays below the states' size up to abs(u) of 1e6, so that it does not lower their accuracy; at any tolerance that
-# a question may have it is large enough to be felt.
+# The function stays below the states' size up to abs(u) of 1e6, so that it does not lower their accuracy; at any tolerance in
+# use it is large enough to have an effect.
 _WEIGHT = 1 / 32
-_STIFF = 20.0  # times as fast as the motion: what decays so fast keeps the steps short, though nothing of it is left
+_STIFF = 20.0  # times as fast as the motion: so fast a decay keeps the steps short even after it has vanished
 _DIFFERENCE = 1e-6  # of a state, or of 1
 STIFF = (
     "The machine is stiff (something in it decays {times:.2g} times as fast as anything moves): try engine = 'scipy-radau', or "
@@ -40,14 +40,14 @@ UNKNOWN = (
 
 
 def arguments(program: Program) -> tuple[sp.Expr, ...]:
-    """What the program takes tanh of, in its lines' and states' symbols and constants."""
+    """Return the arguments of tanh in the program, in its lines' and states' symbols and constants."""
     expressions = [*(e for _, e in program.lines), *program.results]
     found = set[sp.Expr]().union(*({t.args[0] for t in e.atoms(sp.tanh)} for e in expressions))
     return tuple(sorted(found, key=sp.default_sort_key))
 
 
 def sentinels(program: Program, variables: Sequence[Any], translate: Callable[[sp.Expr], Any]) -> list[Any]:
-    """The functions to be watched, as heyoka's expressions. translate: has seen the lines."""
+    """Return the additional event functions, as heyoka's expressions. translate: has already translated the lines."""
     import heyoka as hy
 
     size = hy.sqrt(1.0 + hy.sum([s * s for s in variables]))
@@ -56,13 +56,13 @@ def sentinels(program: Program, variables: Sequence[Any], translate: Callable[[s
 
 
 def unheard(*_: Any) -> None:
-    """What happens at the zeros of a function that has none."""
+    """Do nothing: the callback of an event function that has no zeros."""
 
 
 def advice(rates: Callable[[np.ndarray], Sequence[float]], state: np.ndarray, angles: Sequence[int], step: float) -> str:
-    """What to try where steps of a size ran out in a state (n,). rates: of the states. angles: which of them are angles.
+    """Return advice where steps of a size ran out in a state (n,). rates: of the states. angles: which of them are angles.
 
-    By the eigenvalues of the Jacobian there, and by how fast the angles change.
+    It is based on the eigenvalues of the Jacobian there, and on the rates of the angles.
     """
     n = len(state)
     apart = _DIFFERENCE * np.maximum(np.abs(state), 1.0)

@@ -1,4 +1,4 @@
-"""What a run computed."""
+"""The computed motion of a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wucht.numerics.flow.events import Hit
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a run computed.
+    """The computed motion of a run.
 
     Attributes
     ----------
@@ -27,15 +27,15 @@ class Trajectory:
         At the end: actions of events may have changed them.
     end_time : float
     end_state : ndarray, (n + m,)
-        Where it stopped, to continue from: the states, then the m quadratures.
+        At the end, to continue from: the states, then the m quadratures.
     hits : tuple of Hit
         In order of time.
     stopped_by : str or None
         The name of the terminal event that ended it.
     failure : str or None
         Why it failed; the samples are those before.
-    interrupted : bool
-        Whether the user stopped it.
+    is_interrupted : bool
+        True if the user stopped it.
     """
 
     time: np.ndarray
@@ -51,23 +51,23 @@ class Trajectory:
 
     @property
     def ended(self) -> bool:
-        """Whether the run cannot or should not be continued: an event, a failure, or the user stopped it."""
+        """True if the run cannot or should not be continued: an event, a failure, or the user stopped it."""
         return self.stopped_by is not None or self.failure is not None or self.interrupted
 
     def uninterrupted(self) -> Trajectory:
-        """Itself. Raises ``KeyboardInterrupt`` again where the user stopped it: for a run that is part of something."""
+        """Return the trajectory. Raises ``KeyboardInterrupt`` again if the user stopped it: for a run within a larger task."""
         if self.interrupted:
             raise KeyboardInterrupt
         return self
 
     def tail(self, count: int) -> Trajectory:
-        """The last ``count`` samples."""
+        """Return the last ``count`` samples."""
         first = max(len(self.time) - count, 0)
         quadratures = {name: values[first:] for name, values in self.quadratures.items()}
         return replace(self, time=self.time[first:], states=self.states[:, first:], quadratures=quadratures)
 
     def every(self, count: int, with_last: bool = False) -> Trajectory:
-        """Every so manyth sample, from the first on; with_last: and the last one."""
+        """Return every ``count``-th sample, from the first on; with_last: and the last one."""
         kept: slice | np.ndarray = slice(None, None, count)
         if with_last and (len(self.time) - 1) % count:
             kept = np.append(np.arange(0, len(self.time), count), len(self.time) - 1)
@@ -75,12 +75,12 @@ class Trajectory:
         return replace(self, time=self.time[kept], states=self.states[:, kept], quadratures=quadratures)
 
     def joined(self, later: Trajectory) -> Trajectory:
-        """This trajectory followed by one that continued from its end."""
+        """Append a trajectory that continued from the end of this one."""
         return Trajectory.of([self, later])
 
     @classmethod
     def of(cls, parts: Sequence[Trajectory]) -> Trajectory:
-        """One trajectory of parts, at least one, each of which continued from the end of that before."""
+        """Join parts, at least one, each of which continued from the end of the previous one."""
         if len(parts) == 1:
             return parts[0]
         skips = [int(len(a.time) > 0 and len(b.time) > 0 and b.time[0] <= a.time[-1]) for a, b in itertools.pairwise(parts)]

@@ -1,1 +1,1 @@
-"""What is seen of a motion while it runs: fed part by part, in bounded memory, the same whatever the parts are."""
+"""Observers of a motion while it runs: updated part by part, in bounded memory, with results independent of the parts."""

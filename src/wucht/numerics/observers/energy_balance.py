@@ -1,4 +1,4 @@
-"""Whether the energy of a motion adds up, part by part."""
+"""The energy balance of a motion, part by part."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """|gained - change of stored energy| over the larger of the energies and of what is supplied.
+    """Residual of an energy balance: |gains - change of energy| over the largest energy or work.
 
-    stored: the energy at the start. scale: the largest so far.
+    initial_energy: the energy at the start. scale: the largest so far.
     """
 
     stored: float = math.nan
     scale: float = 0.0
 
     def after(self, stored: np.ndarray, supplied: np.ndarray, lost: np.ndarray) -> tuple[EnergyBalance, np.ndarray]:
-        """The balance after a part of the motion, and the residual (N,) over it.
+        """Update the balance by a part of the motion; return also the residual (N,) over it.
 
-        stored: energy (N,). supplied: works since the start (k, N), of which the motion gains the sum; lost: (N,).
+        energy: (N,). works: since the start (k, N), of which the motion gains the sum; losses: (N,).
         """
         gained = supplied.sum(axis=0) - lost
         first = float(stored[0] - gained[0]) if math.isnan(self.stored) else self.stored

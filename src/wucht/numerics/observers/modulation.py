@@ -14,10 +14,10 @@ _SHARES = (
     0.5,
     0.8,
     *(0.5**k for k in range(2, 40)),
-)  # of the record, in which cycles are looked for: slow ones, then fast ones
+)  # parts of the record in which cycles are searched: slow ones, then fast ones
 _RESOLVED = 8  # blocks a cycle, at least
-_WITHIN = 0.5  # of the range of the speed, that within a block
-_LAST = 3  # cycles, of which the period and the window are
+_WITHIN = 0.5  # largest range of the speed within a block, relative to the whole range
+_LAST = 3  # cycles, over which the period and the window are taken
 _GROUPS = 5  # of cycles, at most
 _EVEN = 0.05  # of a period: cycles that differ by more are irregular
 
@@ -26,8 +26,8 @@ _EVEN = 0.05  # of a period: cycles that differ by more are irregular
 class Modulation:
     """A modulation of the speed.
 
-    period, period_angle: of the last cycles, in time and in angle. low, high: the range over the last cycle; over all that are
-    seen where they are irregular. window: the last cycles. cycles: how many are seen. regular: whether the last ones take the
+    period, period_angle: of the last cycles, in time and in angle. low, high: the range over the last cycle; over all counted
+    cycles where they are irregular. window: the last cycles. cycles: their number. regular: true if the last ones take the
     same time. groups: mean, least and greatest speed (3, g), each the mean over equally many successive cycles; borders: the
     times (g + 1,) between these.
     """
@@ -44,15 +44,15 @@ class Modulation:
 
     @property
     def span(self) -> float:
-        """The mean duration of a group."""
+        """Mean duration of a group."""
         return float(self.borders[-1] - self.borders[0]) / (len(self.borders) - 1)
 
 
 def modulation(record: TurnRecord, threshold: float) -> Modulation | None:
-    """The modulation in the last part of a record, None if its range is below the threshold or there are too few cycles.
+    """Return the modulation in the last part of a record, None if its range is below the threshold or cycles are too few.
 
     Cycles are counted between upward crossings of the middle, with hysteresis: in the last half of the record, if there are too
-    few in the last four fifths, and where the record is long against them in the last part that is known in more detail.
+    few in the last four fifths, and where the record is long against them in its last part, stored in more detail.
     """
     late = record.last(_SHARES[0] / 2)
     if not len(late) or late.highest.max() - late.lowest.min() < threshold:
@@ -68,13 +68,13 @@ def modulation(record: TurnRecord, threshold: float) -> Modulation | None:
 
 
 def _resolved(part: Blocks, crossings: np.ndarray) -> bool:
-    """Whether blocks are short against the cycles: else their means would beat."""
+    """True if blocks are short against the cycles: else their means would beat."""
     within, range_ = part.highest - part.lowest, part.highest.max() - part.lowest.min()
     return part.size == 1 or bool(np.diff(crossings).min() >= _RESOLVED and np.median(within) < _WITHIN * range_)
 
 
 def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
-    """The modulation with cycles between those blocks of a part of the record."""
+    """Compute the modulation with cycles between these crossings, in blocks of a part of the record."""
     i = crossings.astype(int)
     periods, turned = (np.diff(np.interp(crossings, np.arange(len(part)), x)) for x in (part.time, part.angle))
     regular = bool(np.ptp(periods[-_LAST:]) <= _EVEN * periods[-1])
@@ -92,7 +92,7 @@ def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
 
 
 def _upward_crossings(part: Blocks) -> np.ndarray:
-    """Where the speed rises through the middle of its range (k,), in blocks: once from far below to far above."""
+    """Return the places (k,), in blocks, where the speed rises through the middle of its range, from far below to far above."""
     late = part.last(0.5)
     low, high = float(late.speed.min()), float(late.speed.max())
     s, reach = part.speed - (low + high) / 2, 0.25 * (high - low)

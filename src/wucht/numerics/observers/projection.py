@@ -1,4 +1,4 @@
-"""Where a slow signal goes: between which values it will stay, estimated from its means over equal windows at its end."""
+"""The future range of a slow signal, estimated from its means over equal windows at its end."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from typing import Any
 
 import numpy as np
 
-LOOKAHEAD = 15.0  # times the length of the record: so long a drift or a growth is followed into the future
+LOOKAHEAD = 15.0  # times the length of the record: how far a drift or a growth is extrapolated
 WINDOWS = 5
 SHARE = 0.1  # of the record, each window
 AHEAD = LOOKAHEAD / SHARE
 _CONTRACTING = 0.98  # ratio of successive changes: above, it is taken for a drift
-_DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, which does not go to and fro
+_DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, which does not oscillate
 _ALIKE = 2.0  # times: rates of a growth differ by no more
-_LAST_RATIOS = 3  # that are to be alike where a decay is observed
-_OBSERVED = 20 / 3  # windows, of which five are seen: what takes longer to fall by the factor e is no observed decay
+_LAST_RATIOS = 3  # that must be alike where a decay is observed
+_OBSERVED = 20 / 3  # windows, of which five exist: a slower fall by the factor e is no observed decay
 _MOSTLY = 0.8  # of all pairs of windows
 _FARTHEST = 1e300
 _FALLS = 1e-3  # of a number, from the first to the last window: less is no fall
 
 
 class Course(Enum):
-    """What a signal does."""
+    """Course of a signal."""
 
     APPROACHING = "approaching"  # a limit, ever more slowly
-    STATIONARY = "stationary"  # to and fro, or not at all
+    STATIONARY = "stationary"  # oscillating, or constant
     DRIFTING = "drifting"  # one way, or growing
 
 
 @dataclass(frozen=True)
 class Projection:
-    """A signal's last mean, and the bounds between which it will stay, as far as it can be told.
+    """A signal's last mean, and the bounds between which it will probably stay.
 
-    course: what it does. windows: in how many windows its distance from the limit falls (or grows) by the factor e; inf where
+    course: see ``Course``. windows: in how many windows its distance from the limit falls (or grows) by the factor e; inf where
     it does not.
     """
 
@@ -47,16 +47,16 @@ class Projection:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Between which it will stay."""
+        """Bounds between which it will stay."""
         return self.low, self.high
 
     @property
     def width(self) -> float:
-        """How far the bounds are apart."""
+        """Distance of the bounds."""
         return self.high - self.low
 
     def windows_until(self, width: float) -> float:
-        """In how many windows an approach will have come so near to its limit; inf where no decay is observed."""
+        """Return the number of windows until an approach is so near to its limit; inf where no decay is observed."""
         if self.width <= width:
             return 0.0
         observed = self.course is Course.APPROACHING and self.windows <= _OBSERVED
@@ -77,27 +77,27 @@ class Projections:
 
     @property
     def bounds(self) -> np.ndarray:
-        """Between which they will stay (2, M)."""
+        """Bounds between which they will stay (2, M)."""
         return np.array([self.low, self.high])
 
     @property
     def width(self) -> np.ndarray:
-        """How far the bounds are apart (M,)."""
+        """Distances of the bounds (M,)."""
         return np.asarray(self.high - self.low)
 
     @property
     def converging(self) -> np.ndarray:
-        """Whether they approach a limit, or are there (M,)."""
+        """True for signals that approach a limit, or have reached it (M,)."""
         return np.asarray(self.constant | self.approaching)
 
     def one(self, i: int = 0) -> Projection:
-        """That of one signal."""
+        """Return the projection of one signal."""
         course = Course.APPROACHING if self.approaching[i] else Course.DRIFTING if self.drifting[i] else Course.STATIONARY
         return Projection(float(self.last[i]), float(self.low[i]), float(self.high[i]), course, float(self.windows[i]))
 
 
 def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:
-    """The projection of the means (w,), w >= 2, of one signal: see ``projected_each``."""
+    """Project the means (w,), w >= 2, of one signal: see ``project_signals``."""
     return projected_each(means[:, None], ahead, rounding, wider).one()
 
 
@@ -105,16 +105,15 @@ def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wi
 def projected_each(
     means: np.ndarray, ahead: float = AHEAD, rounding: np.ndarray | float = 0.0, wider: float = 0.25
 ) -> Projections:
-    """The projections of the means (w, M), w >= 2, of M signals over successive windows.
+    """Project the means (w, M), w >= 2, of M signals over successive windows.
 
-    An approach contracts from change to change: of ratio rho it adds the last change times rho/(1 - rho), and half of that
-    again is allowed for. A drift goes on as it does for so many windows ``ahead``, a growth grows on. Changes to and fro stay
-    within their range, widened on both sides by a share ``wider`` of it. Changes below ``rounding``, of all or of each (M,),
-    are none.
+    An approach contracts from change to change: with a ratio rho it adds the last change times rho/(1 - rho), with a margin of
+    half of that. A drift or a growth is extrapolated over ``ahead`` windows. Oscillations stay within their range, widened on
+    both sides by a share ``wider`` of it. Changes below ``rounding``, of all signals or of each (M,), count as zero.
     """
     changes, last, recent = means[1:] - means[:-1], means[-1], means[-3:]
     sizes, low, high = abs(changes), means.min(axis=0), means.max(axis=0)
-    # Whether two changes contract cannot be told.
+    # Two changes are too few to decide whether they contract.
     ratios = sizes[1:] / sizes[:-1] if len(means) > 3 else np.full((1, means.shape[1]), np.nan)
     constant = np.asarray((sizes[-2:] <= rounding).all(axis=0))
     approaching = np.asarray((ratios < _CONTRACTING).all(axis=0) & ~constant)
@@ -126,7 +125,7 @@ def projected_each(
     if approaching.any():
         rates, rho = -np.log(ratios[-_LAST_RATIOS:]), ratios[-2:].max(axis=0)
         windows = np.where(approaching & _alike(rates), 1 / rates.min(axis=0), windows)
-        # Changes to and fro have their limit between the last two.
+        # Alternating changes have their limit between the last two.
         limit = np.where(changes[-1] * changes[-2] > 0, last + 1.5 * changes[-1] * rho / (1 - rho), means[-2])
         least, greatest = _reaching(last, limit, approaching, least, greatest)
     if drifting.any():
@@ -140,17 +139,17 @@ def projected_each(
 
 
 def _reaching(last: np.ndarray, end: np.ndarray, which: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> Any:
-    """The bounds of those signals that go from their last value to an end; of the others as they are."""
+    """Set the bounds of those signals that go from their last value to an end; the others keep theirs."""
     return np.where(which, np.minimum(last, end), least), np.where(which, np.maximum(last, end), greatest)
 
 
 def _alike(rates: np.ndarray) -> np.ndarray:
-    """Whether the rates (r, M) of a signal differ by no more than a factor of two (M,)."""
+    """True where the rates (r, M) of a signal differ by no more than a factor of two (M,)."""
     return np.asarray(rates.max(axis=0) <= _ALIKE * rates.min(axis=0))
 
 
 def trend(means: np.ndarray) -> int:
-    """+1 if means over successive windows mostly rise, -1 if they mostly fall, to and fro as they may go; else 0.
+    """Return +1 if means over successive windows mostly rise, -1 if they mostly fall, with oscillations allowed; else 0.
 
     Mostly: in four fifths of all pairs (H. B. Mann, Econometrica 13 (1945) 245-259).
     """
@@ -160,7 +159,7 @@ def trend(means: np.ndarray) -> int:
 
 
 def falling(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, *, even_if_approaching: bool = False) -> Projection:
-    """The projection of a positive number that, where it mostly falls, to and fro as it may go, goes on falling at that rate.
+    """Project a positive number; where it mostly falls, with oscillations allowed, the fall is extrapolated at its mean rate.
 
     even_if_approaching: also where it approaches a limit.
     """
@@ -173,6 +172,6 @@ def falling(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, *, e
 
 
 def windows_of(signal: np.ndarray, count: int = WINDOWS, share: float = SHARE) -> np.ndarray:
-    """The last windows (..., count, n) of a signal (..., N), each a share of it; n may be 0."""
+    """Return the last windows (..., count, n) of a signal (..., N), each a share of it; n may be 0."""
     n = int(signal.shape[-1] * share)
     return np.asarray(signal[..., signal.shape[-1] - count * n :].reshape(*signal.shape[:-1], count, n))

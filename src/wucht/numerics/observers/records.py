@@ -1,6 +1,6 @@
 """Records of a motion of any length in bounded memory: its turns, or equal spans of time where it makes none.
 
-The last blocks are kept as they are, and ever longer ones the further back.
+The last blocks are stored as they are, and ever longer ones further back.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 from wucht.numerics.zeros_and_peaks import between_samples
 
 KEPT = 4096  # blocks of each length
-LAST, LOW, HIGH, MEAN = range(4)  # what of two neighbouring blocks is that of both
+LAST, LOW, HIGH, MEAN = range(4)  # how two neighbouring blocks are merged
 _PER_SPAN = 12  # samples are enough: more are left out
 _KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH, LOW, HIGH)
 _EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
@@ -25,22 +25,22 @@ _ROUNDING = 1e-9  # of a turn
 
 @dataclass(frozen=True)
 class Pyramid:
-    """kinds: of each row of a block. count: of blocks so far. levels: the last ``KEPT`` blocks of 1, 2, 4, ... as one, each a
-    column; the last level reaches back to the beginning. Two records of the same blocks are the same to the last bit, whatever
-    the parts in which they came."""
+    """Record of blocks at several resolutions. kinds: of each row of a block. count: of blocks so far. levels: the last
+    ``LEVEL_BLOCKS`` blocks of 1, 2, 4, ... merged, each a column; the last level reaches back to the beginning. Two records of
+    the same blocks are the same to the last bit, whatever the parts in which they were added."""
 
     kinds: tuple[int, ...]
     count: int = 0
     levels: tuple[np.ndarray, ...] = ()
 
     def after(self, blocks: np.ndarray) -> Pyramid:
-        """The record with more blocks (rows, K)."""
+        """Return the record with more blocks (rows, K)."""
         if not blocks.shape[1]:
             return self
         return Pyramid(self.kinds, self.count + blocks.shape[1], _levels(self.levels, blocks, self.count, self.kinds))
 
     def last(self, share: float) -> tuple[np.ndarray, int]:
-        """The last share of it in the finest blocks that reach back so far; and of how many a block is made."""
+        """Return the last share of the record in the finest blocks that reach back so far, and the number merged in each."""
         if not self.levels:
             return np.empty((len(self.kinds), 0)), 1
         wanted, top = share * self.count, len(self.levels) - 1
@@ -49,19 +49,19 @@ class Pyramid:
 
 
 def _levels(before: tuple[np.ndarray, ...], blocks: np.ndarray, count: int, kinds: Sequence[int]) -> tuple[np.ndarray, ...]:
-    """The levels with more blocks of the first one, of which there had been ``count``."""
+    """Return the levels with more blocks of the first one, which had ``count`` before."""
     known = np.concatenate([before[0], blocks], axis=1) if before else blocks
     total = count + blocks.shape[1]
     if total <= KEPT:
         return (known,)
-    # Of the next level there is nothing yet as long as this one has all of them.
+    # The next level stays empty as long as this one has all blocks.
     paired = count // 2 if len(before) > 1 else 0
     new = known[:, 2 * paired - total + known.shape[1] : known.shape[1] - total % 2]
     return known[:, -KEPT:], *_levels(before[1:], _paired(new, kinds), paired, kinds)
 
 
 def _paired(blocks: np.ndarray, kinds: Sequence[int]) -> np.ndarray:
-    """Each two neighbouring blocks as one."""
+    """Merge each two neighbouring blocks."""
     first, second, merged = blocks[:, ::2], blocks[:, 1::2], blocks[:, 1::2].copy()
     for kind, merge in ((LOW, np.minimum), (HIGH, np.maximum), (MEAN, _mean)):
         rows = [row for row, k in enumerate(kinds) if k == kind]
@@ -75,7 +75,7 @@ def _mean(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Spans:
-    """K spans of time: time and angle (K,) at their ends, the least and the greatest angle, speed and distance within
+    """Record over K spans of time: time and angle (K,) at their ends, least and greatest angle, speed and distance within
     them."""
 
     time: np.ndarray
@@ -90,8 +90,8 @@ class Spans:
 
 @dataclass(frozen=True)
 class SpanRecord:
-    """span: how long one is; motions are to be sampled several times in it. sample: the last one. open: the span that is not
-    yet over, (8, 1)."""
+    """Record of a motion over equal spans of time. span: the length of one; motions must be sampled several times in it.
+    sample: the last one. open: the span that is not yet complete, (8, 1)."""
 
     span: float
     sample: Samples | None = None
@@ -120,18 +120,18 @@ class SpanRecord:
         return replace(self, sample=s.part(slice(-1, None)), open=blocks[:, -1:], kept=self.kept.after(blocks[:, :-1]))
 
     def last(self, share: float) -> Spans:
-        """The last share of the time, in the shortest spans that reach back so far, with the one that is not yet over."""
+        """Return the last share of the time, in the shortest spans that reach back so far, with the incomplete one."""
         values, _ = self.kept.last(share)
         return Spans(*np.concatenate([values, self.open], axis=1))
 
 
 def _root(square: np.ndarray) -> np.ndarray:
-    """The root of a square, which may be negative by rounding."""
+    """Return the root of a square, which may be negative by rounding."""
     return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
 def _sparse(s: Samples, every: float) -> Samples:
-    """The first sample in each of such spans of time."""
+    """Return the first sample in each span of time of this length."""
     number = np.floor(s.time / every)
     first = np.append(0, np.flatnonzero(number[1:] != number[:-1]) + 1)
     return s if len(first) >= len(number) else s.part(first)
@@ -139,14 +139,14 @@ def _sparse(s: Samples, every: float) -> Samples:
 
 @dataclass(frozen=True)
 class Blocks:
-    """Averages over turns, or of equally many of these in a row (K blocks), with n bodies beside the leading one.
+    """Averages over turns, merged in K blocks of equally many, of a leading body and n followers.
 
-    Speeds are positive in the sense in which that turns.
+    Speeds are positive in the sense in which the leading body turns.
 
-    size: how many averages a block has. sense: +1 or -1. time, angle, angles (n, K): at the end of each block. speed: mean over
-    time. lowest, highest: of the mean over a turn. followers: mean speeds of the others (n, K). phases: means of
-    exp(i (other - leading)) (n, K). least_sum, greatest_sum: of the magnitude of the weighted sum of these. amplitude: the mean
-    of the largest distance over a turn; least_amplitude, greatest_amplitude: of that.
+    size: the number of averages in a block. sense: +1 or -1. time, angle, angles (n, K): at the end of each block. speed: mean
+    over time. lowest, highest: of the mean over a turn. followers: mean speeds of the followers (n, K). phases: means of
+    exp(i (follower - leader)) (n, K). least_sum, greatest_sum: of the magnitude of the weighted sum of these. amplitude: the
+    mean of the largest distance over a turn; least_amplitude, greatest_amplitude: of that.
     """
 
     size: int
@@ -170,22 +170,22 @@ class Blocks:
 
     @property
     def turns(self) -> float:
-        """How many turns they are."""
+        """Number of turns."""
         return len(self) * self.size / PER_TURN
 
     @property
     def middle(self) -> np.ndarray:
-        """The time in the middle of the last turn of each block (K,)."""
+        """Time in the middle of the last turn of each block (K,)."""
         return np.asarray(self.time - math.pi / self.speed)
 
     @property
     def amplitudes(self) -> tuple[float, float, float]:
-        """Of the largest distance over a turn the mean, the least and the greatest."""
+        """Mean, least and greatest value of the largest distance over a turn."""
         return float(self.amplitude.mean()), float(self.least_amplitude.min()), float(self.greatest_amplitude.max())
 
     @property
     def mean_speeds(self) -> np.ndarray:
-        """Mean speeds from the end of the first block to that of the last (1 + n,): of the leading body and of the others."""
+        """Mean speeds from the end of the first block to that of the last (1 + n,): of the leading body and the followers."""
         if len(self) < 2:
             return np.append(self.speed, self.followers)
         turned = np.append(self.angle[-1] - self.angle[0], self.angles[:, -1] - self.angles[:, 0])
@@ -193,24 +193,24 @@ class Blocks:
 
     @property
     def smooth_mean_speeds(self) -> np.ndarray:
-        """Mean speeds (1 + n,) weighted so that a modulation does not count that is cut at the ends: ``smooth_weights``."""
+        """Mean speeds (1 + n,), weighted against the bias of a modulation that is cut at the ends: ``smooth_weights``."""
         if len(self) < 3:
             return self.mean_speeds
         durations = smooth_weights(len(self)) / self.speed
         return np.asarray(np.append(self.speed @ durations, self.followers @ durations) / durations.sum())
 
     def part(self, which: slice) -> Blocks:
-        """Some of the blocks."""
+        """Return a selection of the blocks."""
         arrays: dict[str, Any] = {name: x[..., which] for name, x in vars(self).items() if isinstance(x, np.ndarray)}
         return replace(self, **arrays)
 
     def last(self, share: float) -> Blocks:
-        """The last share of them, at least one."""
+        """Return the last share of the blocks, at least one."""
         return self.part(slice(len(self) - max(1, round(share * len(self))), None))
 
 
 def _resultant(weights: Sequence[complex], phases: np.ndarray, moments: np.ndarray) -> np.ndarray:
-    """The magnitude (K,) of the weighted sum of 1 and phases (n, K), in real numbers: their last bit does not depend on K.
+    """Return the magnitude (K,) of the weighted sum of 1 and phases (n, K), in real numbers: to the last bit independent of K.
 
     moments: real, added to the weights (1 + n, K), or no rows.
     """
@@ -224,7 +224,7 @@ def _resultant(weights: Sequence[complex], phases: np.ndarray, moments: np.ndarr
 
 
 def smooth_weights(count: int) -> np.ndarray:
-    """Weights (count,) of a mean over an oscillation that is cut at both ends.
+    """Return weights (count,) of a mean over an oscillation that is cut at both ends.
 
     J. Laskar, Physica D 67 (1993) 257-281; S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
     """
@@ -234,10 +234,10 @@ def smooth_weights(count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TurnRecord:
-    """A motion seen turn by turn: the turns since the leading body last turned back.
+    """Record of a motion turn by turn: the turns since the leading body last reversed.
 
-    others: how many bodies there are beside it. weights: of exp(i angle) of the leading body and of these, relative to the
-    leading one, whose sum is followed; none if that is of no interest.
+    follower_count: the number of other bodies. weights: of exp(i angle) of the leading body and the followers, relative to the
+    leading one, in a sum that is recorded; none if it is not needed.
     """
 
     others: int
@@ -256,7 +256,7 @@ class TurnRecord:
         same = turns.passage == passage
         new = turns if same.all() else turns.part(same)
         speed, largest = np.abs(new.speed), new.largest
-        # Equal parts of a turn count alike: the mean speed over time is that of the turns' durations.
+        # Averages are over equal parts of a turn: the mean speed over time follows from the turns' durations.
         means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
         total = _resultant(self.weights or (0.0,) * (1 + n), new.phases, new.moments)
         columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, total, total, *means])
@@ -267,7 +267,7 @@ class TurnRecord:
 
     @property
     def turns(self) -> float:
-        """How many turns were averaged."""
+        """Number of averaged turns."""
         return self.kept.count / PER_TURN
 
     @property
@@ -276,9 +276,9 @@ class TurnRecord:
         return self.last(1.0)
 
     def whole_turns(self, share: float) -> Blocks:
-        """The last share of all turns: the end of the first block and that of the last are whole turns apart.
+        """Return the last share of all turns: the end of the first block and that of the last are whole turns apart.
 
-        Of less than two turns the last average alone.
+        With less than two turns it is the last average alone.
         """
         if not self.kept.count:
             return self.last(1.0)
@@ -290,7 +290,7 @@ class TurnRecord:
         return known.part(slice(-1 - between, None))
 
     def last(self, share: float) -> Blocks:
-        """The last share of them, likewise."""
+        """Return the last share of the turns, in the finest blocks that reach back so far."""
         values, size = self.kept.last(share)
         n, sense = self.others, self.sense
         if not len(values):

@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.numerics.zeros_and_peaks import between_samples
 
-_MOST_STEPS = 60  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
+_MOST_STEPS = 60  # of Newton's method, which doubles the digits at each; bisection where the speed vanishes
 _DIGITS = 1e-14
 PER_TURN = 8  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
 _STEP = 2 * math.pi / PER_TURN
@@ -19,7 +19,7 @@ _ROUNDING = 1e-9  # of a step: a sample so near before a mark is at it
 
 
 def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
-    """y (..., N) of x (N,) with its derivative, at shares (K,) of the way from the samples i to the next: (..., K)."""
+    """Interpolate y (..., N) of x (N,) by its derivative, at shares (K,) of the way from samples i to the next: (..., K)."""
     h, left = x[i + 1] - x[i], y.take(i, axis=-1)
     rise = y.take(i + 1, axis=-1) - left
     before, after = h * slope.take(i, axis=-1) - rise, rise - h * slope.take(i + 1, axis=-1)
@@ -27,7 +27,7 @@ def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, 
 
 
 def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
-    """At which shares (K,) of the way from the samples i to the next, one y below and one above, y has values (K,)."""
+    """Return the shares (K,) of the way from samples i to the next at which y has values (K,) between its samples."""
     h, left = x[i + 1] - x[i], y[i]
     rise, first, last = y[i + 1] - left, h * slope[i], h * slope[i + 1]
     wanted, cubic, square = values - left, first + last - 2 * rise, 3 * rise - 2 * first - last
@@ -35,7 +35,7 @@ def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.nd
     s = np.divide(wanted, rise, out=np.zeros(len(i)), where=rise != 0)
     for _ in range(_MOST_STEPS):
         off = s * (first + s * (square + s * cubic)) - wanted
-        found = np.abs(off) <= _DIGITS * np.abs(rise)  # then it stays, however many steps the others take
+        found = np.abs(off) <= _DIGITS * np.abs(rise)  # then it stays, however many steps the others need
         if found.all():
             break
         short = off * rise < 0
@@ -50,9 +50,9 @@ def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.nd
 class Samples:
     """A part of a motion.
 
-    time: (N,), increasing. angles, speeds: of the leading body and of n others (1 + n, N). square, rate: of a distance, its
-    square and the derivative of that (N,); zero if none is of interest. moments: what is added to the weights of the bodies,
-    of the leading one first (1 + n, N); no rows where the weights do not change.
+    time: (N,), increasing. angles, speeds: of the leading body and n followers (1 + n, N). square, rate: of a distance, its
+    square and the derivative of that (N,); zero if not needed. moments: increments of the weights of the bodies, the leading
+    one first (1 + n, N); no rows where the weights do not change.
     """
 
     time: np.ndarray
@@ -64,37 +64,37 @@ class Samples:
 
     @classmethod
     def of(cls, time: np.ndarray, *motions: tuple[np.ndarray, np.ndarray]) -> Self:
-        """Angle and speed (N,) of the leading body and of the others."""
+        """Combine angle and speed (N,) of the leading body and of the others."""
         none = np.zeros(len(time))
         angles, speeds = (np.array([motion[k] for motion in motions]) for k in (0, 1))
         return cls(time, angles, speeds, none, none, np.empty((0, len(time))))
 
     def led_by(self, body: int) -> Self:
-        """The same with this body leading and the others in their order."""
+        """Return the samples with this body leading and the others in their order."""
         order = [body, *(i for i in range(len(self.angles)) if i != body)]
         moments = self.moments[order] if len(self.moments) else self.moments
         return self if body == 0 else replace(self, angles=self.angles[order], speeds=self.speeds[order], moments=moments)
 
     def only(self, body: int) -> Self:
-        """Of one body alone."""
+        """Return the samples of one body alone."""
         one = slice(body, body + 1)
         return replace(self, angles=self.angles[one], speeds=self.speeds[one], moments=self.moments[one])
 
     def beside(self, angle: np.ndarray, speed: np.ndarray) -> Self:
-        """Beside a leading motion (N,), which has no weight."""
+        """Put a leading motion (N,) without weight first."""
         moments = np.vstack([np.zeros_like(angle), self.moments]) if len(self.moments) else self.moments
         return replace(self, angles=np.vstack([angle, self.angles]), speeds=np.vstack([speed, self.speeds]), moments=moments)
 
     def with_leading(self, angle: np.ndarray, speed: np.ndarray) -> Self:
-        """With another motion (N,) of the leading body."""
+        """Replace the motion (N,) of the leading body."""
         return replace(self, angles=np.vstack([angle, self.angles[1:]]), speeds=np.vstack([speed, self.speeds[1:]]))
 
     def part(self, which: slice | np.ndarray) -> Self:
-        """Some of the samples."""
+        """Return a selection of the samples."""
         return replace(self, **{name: values[..., which] for name, values in vars(self).items()})
 
     def after(self, before: Samples | None) -> Self:
-        """With the samples before these; one that both have counts once."""
+        """Prepend previous samples; a common one counts once."""
         if before is None or not len(before.time):
             return self
         new = self.part(slice(int(np.searchsorted(self.time, before.time[-1], side="right")), None))
@@ -104,13 +104,13 @@ class Samples:
 
 @dataclass(frozen=True)
 class Turns:
-    """Averages over one turn each, ``PER_TURN`` of them a turn, at fixed angles of the leading body.
+    """Averages over one turn each, ``MARKS_PER_TURN`` of them a turn, at fixed angles of the leading body.
 
-    time, angle, angles: at the end of each turn, (K,), of the leading body (K,) and of the others (n, K). speed: the mean of
-    the leading one, 2 pi over the time of the turn, with its sign. advance: by what the others turn in that time (n, K).
+    time, angle, angles: at the end of each turn, (K,), of the leading body (K,) and the followers (n, K). speed: the mean of
+    the leading one, 2 pi over the time of the turn, with its sign. advance: of the followers in that time (n, K).
     moments: averaged over the turn's angle (1 + n, K), or no rows.
-    phases: exp(i (other - leading)) averaged over the turn's angle (n, K), of modulus 1 for a body that turns synchronously.
-    largest: the distance (K,). passage: how often the leading body had turned back before (K,).
+    phases: exp(i (follower - leader)) averaged over the turn's angle (n, K), of modulus 1 for a body that turns synchronously.
+    largest: the distance (K,). passage: the number of reversals of the leading body before (K,).
     """
 
     time: np.ndarray
@@ -125,35 +125,35 @@ class Turns:
 
     @classmethod
     def none(cls, others: int, weights: int = 0) -> Self:
-        """No turns. weights: how many change."""
+        """Return no turns. weights: the number of those that change."""
         one, many = np.empty(0), np.empty((others, 0))
         return cls(one, one, many, one, many, many.astype(complex), one, one.astype(int), np.empty((weights, 0)))
 
     @classmethod
     def joined(cls, *parts: Turns) -> Self:
-        """Turns in a row."""
+        """Concatenate turns."""
         return cls(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
     def part(self, which: slice | np.ndarray) -> Self:
-        """Some of them."""
+        """Return a selection of the turns."""
         return replace(self, **{name: values[..., which] for name, values in vars(self).items()})
 
     @property
     def middle(self) -> np.ndarray:
-        """The time in the middle of each turn (K,)."""
+        """Time in the middle of each turn (K,)."""
         return np.asarray(self.time - math.pi / np.abs(self.speed))
 
     @property
     def count(self) -> float:
-        """The number of turns."""
+        """Number of turns."""
         return len(self.time) / PER_TURN
 
 
 @dataclass(frozen=True)
 class _Marks:
-    """Where the leading angle has reached a multiple of an eighth of a turn: the last ones, at each of which a turn begins.
+    """Marks at which the leading angle reaches a multiple of an eighth of a turn: the last ones, at each a turn begins.
 
-    time (K,), angles of the others (n, K), the square of the largest distance since the mark before (K,), and moments.
+    time (K,), angles of the followers (n, K), the square of the largest distance since the previous mark (K,), and moments.
     """
 
     time: np.ndarray
@@ -162,22 +162,22 @@ class _Marks:
     moments: np.ndarray
 
     def then(self, later: _Marks) -> _Marks:
-        """Both in a row."""
+        """Append later marks."""
         return _Marks(
             *(np.concatenate([a, b], axis=-1) for a, b in zip(vars(self).values(), vars(later).values(), strict=True))
         )
 
     def last(self, count: int) -> _Marks:
-        """The last ones."""
+        """Return the last marks."""
         return _Marks(*(values[..., max(values.shape[-1] - count, 0) :] for values in vars(self).values()))
 
 
 @dataclass(frozen=True)
 class TurnObserver:
-    """What must be known of a motion to go on averaging.
+    """State of the averaging of a motion over turns.
 
     sample: the last one. marks: the last turn's. mark: the number of the last one, in the sense of turning. sense: +1, -1, or 0
-    before anything has turned. passage: how often the leading body has turned back. square: of the largest distance since the
+    before the first rotation. passage: the number of reversals of the leading body. square: of the largest distance since the
     last mark.
     """
 
@@ -189,9 +189,9 @@ class TurnObserver:
     square: float = 0.0
 
     def after(self, samples: Samples) -> tuple[TurnObserver, Turns]:
-        """What is known after a part of the motion, and the turns that were completed in it.
+        """Update the state by a part of the motion; return also the turns that were completed in it.
 
-        The part may begin with the last sample of the part before.
+        The part may begin with the last sample of the previous part.
         """
         joined, others = samples.after(self.sample), (len(samples.angles) - 1, len(samples.moments))
         if len(joined.time) < 2:
@@ -220,7 +220,7 @@ class TurnObserver:
         return replace(observer, sample=joined.part(slice(-1, None))), Turns.joined(*found)
 
     def _along(self, s: Samples) -> tuple[TurnObserver, Turns]:
-        """After samples between which the leading body turns one way."""
+        """Advance by samples between which the leading body turns one way."""
         leader = self.sense * s.angles[0]
         reached = np.maximum(_marks(leader), self.mark)
         last = int(reached[-1])
@@ -240,7 +240,7 @@ class TurnObserver:
         return observer, self._averaged(marks, last)
 
     def _averaged(self, marks: _Marks, last: int) -> Turns:
-        """The averages over the turns between marks, the last of which has a number."""
+        """Return the averages over the turns between marks. last: the number of the last mark."""
         count = len(marks.time) - PER_TURN
         if count < 1:
             return Turns.none(len(marks.angles), len(marks.moments))
@@ -260,7 +260,7 @@ class TurnObserver:
 
 
 def _marks(angles: np.ndarray) -> np.ndarray:
-    """The number of the last mark up to each angle."""
+    """Return the number of the last mark up to each angle."""
     return np.floor(angles / _STEP + _ROUNDING).astype(int)
 
 
@@ -269,7 +269,7 @@ def _no_marks(others: int, weights: int) -> _Marks:
 
 
 def _turn_means(signal: np.ndarray) -> np.ndarray:
-    """The means (..., K) over each turn of a signal (..., K + PER_TURN) at its marks, whose end points count half each."""
+    """Return the means (..., K) over each turn of a signal (..., K + MARKS_PER_TURN) at its marks, end points counting half."""
     total, width = signal, 1
     while width < PER_TURN:
         total, width = total[..., :-width] + total[..., width:], 2 * width
@@ -277,7 +277,7 @@ def _turn_means(signal: np.ndarray) -> np.ndarray:
 
 
 def _turn_maxima(signal: np.ndarray) -> np.ndarray:
-    """The largest (K,) of each PER_TURN neighbours (K + PER_TURN - 1,)."""
+    """Return the largest (K,) of each MARKS_PER_TURN neighbours (K + MARKS_PER_TURN - 1,)."""
     largest, width = signal, 1
     while width < PER_TURN:
         largest, width = np.maximum(largest[:-width], largest[width:]), 2 * width

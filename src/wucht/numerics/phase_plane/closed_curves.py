@@ -1,4 +1,4 @@
-"""Closed curves of a phase plane: seen where a curve comes back to itself, then solved for as periodic motions."""
+"""Closed curves of a phase plane: detected where a curve returns to itself, then solved for as periodic motions."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.phase_plane.plane import Plane
 
-_BACK = 30_000  # samples of a curve among which its last lap is looked for
-_NEIGHBOUR = 0.1  # of the window: how far beside a state the curve may pass, to have come back to it
-_SHORTEST = 0.02  # of the window: of a lap
+_BACK = 30_000  # samples of a curve in which its last lap is searched
+_NEIGHBOUR = 0.1  # of the window: largest distance from a state at which the curve counts as having returned to it
+_SHORTEST = 0.02  # of the window: shortest lap
 _CREEPS = 0.02  # of its length: a lap that ends farther from its start is on its way to a fixed point
-_LOST = 1e-10  # of the product of two entries of a monodromy matrix: what may be lost in their difference
-_NEUTRAL = 1e-6  # of a multiplier: nearer to 1 curves beside are closed too
+_LOST = 1e-10  # of the product of two entries of a monodromy matrix: possible cancellation in their difference
+_NEUTRAL = 1e-6  # of a multiplier: nearer to 1 neighbouring curves are closed too
 
 
 @dataclass(frozen=True)
 class Lap:
     """The last lap of a curve: it ends at ``state`` (2,), began ``period`` before, and each state gains ``advance`` (2,) in it.
 
-    gap: how far it ends beside its beginning, in units of the window. shares: of the period (M,), from 0 to 1, at which motion
-    that goes on from there passes states that are evenly spaced.
+    gap: distance of its end from its beginning, in units of the window. shares: of the period (M,), from 0 to 1, at which the
+    motion that continues from there passes evenly spaced states.
     """
 
     state: np.ndarray
@@ -46,9 +46,9 @@ class ClosedCurve:
         Evenly spaced, over a period: the last equals the first but for whole turns.
     period : float
     turns : ndarray, (2,)
-        By how much each state advances in a period: whole turns of angles.
+        The advance of each state in a period: whole turns of angles.
     multiplier : float
-        By which a small distance from it grows in a period.
+        The factor by which a small distance from it grows in a period.
     """
 
     states: np.ndarray
@@ -58,22 +58,22 @@ class ClosedCurve:
 
     @property
     def kind(self) -> str:
-        """In words."""
+        """Kind of the closed curve, for reports."""
         if self.neutral:
             return "one of a family"
         return "stable" if self.multiplier < 1 else "unstable"
 
     @property
     def neutral(self) -> bool:
-        """Whether curves beside it are closed too."""
+        """True if neighbouring curves are closed too."""
         return abs(self.multiplier - 1) <= _NEUTRAL
 
     def goes_there(self, forwards: bool) -> bool:
-        """Whether curves beside it go there, forwards or backwards in time, or are closed themselves."""
+        """True if neighbouring curves approach it, forwards or backwards in time, or are closed too."""
         return self.neutral or (self.multiplier < 1) == forwards
 
     def distance(self, plane: Plane, state: np.ndarray) -> float:
-        """Of a state (2,) from it, in units of the window."""
+        """Return the distance of a state (2,) from the curve, in units of the window."""
         a, b = self.states[:, :-1], self.states[:, 1:]
         way, off = (b - a) / plane.scale[:, None], plane.apart(state[:, None], a)
         share = np.clip((way * off).sum(axis=0) / np.maximum((way * way).sum(axis=0), 1e-300), 0.0, 1.0)
@@ -81,7 +81,7 @@ class ClosedCurve:
 
 
 def last_lap(plane: Plane, states: np.ndarray, time: np.ndarray) -> Lap | None:
-    """The last lap of a curve (2, N) with its times (N,): since it last passed beside its end the same way, if it did."""
+    """Return the last lap of a curve (2, N) with times (N,), since it last passed near its end the same way, or None."""
     x, t = states[:, -_BACK:], time[-_BACK:]
     if x.shape[1] < 3:
         return None
@@ -110,7 +110,7 @@ def last_lap(plane: Plane, states: np.ndarray, time: np.ndarray) -> Lap | None:
 
 
 def closed_curve(plane: Plane, lap: Lap) -> ClosedCurve | None:
-    """The closed curve beside a lap, None where there is none."""
+    """Solve for the closed curve near a lap; None where there is none."""
     system = replace(plane.system, outputs=(), quadratures=())
     compiled = compile_system(system)
     rates = np.abs(plane.rates(lap.state[:, None])[:, 0] / plane.scale)
@@ -129,7 +129,7 @@ def closed_curve(plane: Plane, lap: Lap) -> ClosedCurve | None:
 
 
 def _multiplier(plane: Plane, monodromy: np.ndarray, times: np.ndarray, states: np.ndarray) -> float:
-    """The product of both multipliers, that of the phase being 1; where rounding would hide it, from Liouville's formula."""
+    """Return the product of both multipliers, that of the phase being 1; from Liouville's formula where rounding hides it."""
     from scipy.interpolate import CubicSpline
 
     scaled = monodromy * plane.scale[None, :] / plane.scale[:, None]

@@ -1,4 +1,4 @@
-"""All fixed points of a planar System in a window, proved to be all where bounds of its Jacobian are known; and their kinds."""
+"""Fixed points of a planar System in a window, proved to be all where bounds of its Jacobian are known; and their kinds."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ STABLE = ("stable node", "stable focus")
 UNSTABLE = ("unstable node", "unstable focus")
 _SMALLEST = 1e-7  # of a side of the window: smaller boxes are around a fixed point at a bifurcation
 _FEW_BOXES, _MOST_BOXES = 12_000, 400_000
-_OPEN = 0.05  # of the window: where so much is open after the few boxes, the bounds exclude next to nothing
+_OPEN = 0.05  # of the window: where more is undecided after the few boxes, the bounds exclude next to nothing
 _MOST_STARTS = 2000  # of Newton's method, in boxes that stay undecided
-_SIDE = 24  # Newton's method starts from the points of a grid of so many a side, where boxes stay undecided
-_STEPS, _SAME = 60, 1e-7  # of it; and, of the window, how far apart two of its ends are that are one
+_SIDE = 24  # points per side of the grid from which Newton's method starts, where boxes stay undecided
+_STEPS, _SAME = 60, 1e-7  # of Newton's method; and, of the window, the distance below which two results are one
 _NOTHING = 1e-13  # of the window: a state that is smaller is zero
 _ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller is none
 _SIZES = (1.0, 10.0, 100.0, 1e3)  # half sides of the boxes that are searched one after the other
 _MANY = 20  # fixed points: where a larger box has more, as of periodic functions, the smaller one is shown
-_AROUND = 0.6  # of their extent: how much is shown around the fixed points, and at least
+_AROUND = 0.6  # of their extent: margin shown around the fixed points, and at least
 _LEAST = 1.5  # times the distance of the farthest one from zero; 1.5 where all are at zero
 
 
 def may_jump(system: System, values: Numbers, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Whether each of the n rates may jump in each of N boxes (n, N). values: of the parameters. low, high: (n, N).
+    """Return whether each of the n rates may jump in each of N boxes (n, N). values: of the parameters. low, high: (n, N).
 
     Raises ``WuchtError`` for a function of which no bounds are known.
     """
@@ -48,13 +48,13 @@ def may_jump(system: System, values: Numbers, low: np.ndarray, high: np.ndarray)
     below, above = bounds(program, program.constant_values(values), low, high)
     for (row, piece), a, b in zip(pieces, below, above, strict=True):
         at = np.array(piece.args[1].jumps())[:, None]
-        found[row] |= ~((at < a) | (at > b)).all(axis=0)  # where nothing is known of the argument too
+        found[row] |= ~((at < a) | (at > b)).all(axis=0)  # also where the argument has no bounds
     return found
 
 
 @lru_cache(maxsize=64)
 def _jumping(system: System) -> tuple[tuple[int, PiecewiseCubic], ...]:
-    """The piecewise functions that jump, by the row of the rate that depends on them, definitions put in."""
+    """Return the piecewise functions that jump, by the row of the rate that depends on them, definitions substituted."""
     meanings = system.definitions
     if not any(p.args[1].jumps() for e in (*system.derivatives, *(e for _, e in meanings)) for p in _pieces(e)):
         return ()
@@ -70,7 +70,7 @@ def _pieces(e: sp.Expr) -> set[PiecewiseCubic]:
 
 @dataclass(frozen=True, eq=False)
 class FixedPoint:
-    """state (2,), its angles in the window. eigenvalues (2,), the largest real part first, per unit of time. kind: in words."""
+    """A fixed point. state (2,): angles in the window. eigenvalues (2,), per unit of time: largest real part first. kind."""
 
     state: np.ndarray
     eigenvalues: np.ndarray
@@ -78,13 +78,13 @@ class FixedPoint:
 
     @property
     def attracts(self) -> int:
-        """+1 where all that is near goes to it, -1 where all that is near has come from it, else 0."""
+        """Attraction: +1 if all curves nearby go to it, -1 if all come from it, else 0."""
         return (self.kind in STABLE) - (self.kind in UNSTABLE)
 
 
 @dataclass(frozen=True, eq=False)
 class FixedPoints:
-    """Those in the window, by their states. complete: whether these are shown to be all. shown: how, or why not."""
+    """Fixed points in the window, by their states. complete: true if proved to be all. evidence: how, or why not."""
 
     points: tuple[FixedPoint, ...]
     complete: bool
@@ -92,7 +92,7 @@ class FixedPoints:
 
 
 def fixed_points(plane: Plane, watch: Callable[[], None] | None = None) -> FixedPoints:
-    """The fixed points in the window. watch: called now and then; what it raises ends the search."""
+    """Compute the fixed points in the window. check: called now and then; an exception that it raises ends the search."""
     try:
         zeros = _subdivided(plane, watch)
     except WuchtError as error:
@@ -107,18 +107,18 @@ def fixed_points(plane: Plane, watch: Callable[[], None] | None = None) -> Fixed
     few = zeros.boxes < _MOST_BOXES and _open(plane, zeros) > _OPEN
     reason = "as where bounds on the Jacobian are wide" if few else "as at a bifurcation or a jump"
     why = f"{centres.shape[1]} of {zeros.boxes} boxes were not decided, {reason}"
-    return FixedPoints(_points(plane, found), False, f"{why}: it is not shown that there are no more")
+    return FixedPoints(_points(plane, found), False, f"{why}: it is not proved that there are no more")
 
 
 def point_at(plane: Plane, state: np.ndarray) -> FixedPoint:
-    """A fixed point with its eigenvalues and kind."""
+    """Return a fixed point with its eigenvalues and kind."""
     values = np.linalg.eigvals(plane.jacobian(state[:, None])[..., 0]).astype(complex)
     values = values[np.lexsort((-values.imag, -values.real))]
     return FixedPoint(state, values, kind_of(values))
 
 
 def kind_of(eigenvalues: np.ndarray) -> str:
-    """What a fixed point with two eigenvalues is called."""
+    """Return the kind of a fixed point with two eigenvalues."""
     size = float(np.abs(eigenvalues).max(initial=0.0))
     real = np.where(np.abs(eigenvalues.real) > _ROUNDING * size, eigenvalues.real, 0.0)
     oscillates = bool((np.abs(eigenvalues.imag) > _ROUNDING * size).all()) and size > 0
@@ -148,7 +148,7 @@ def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
         jumps = may_jump(bare, plane.numbers, centre - radius, centre + radius)
         return np.where(np.isnan(apart) | jumps[:, None], np.inf, apart)
 
-    spread((plane.low + plane.high)[:, None] / 2, plane.scale[:, None] / 2)  # raises for what has no bounds
+    spread((plane.low + plane.high)[:, None] / 2, plane.scale[:, None] / 2)  # raises where a function has no bounds
     for most in (_FEW_BOXES, _MOST_BOXES):
         zeros = all_zeros(
             plane.rates, plane.jacobian, spread, plane.low, plane.high,
@@ -160,12 +160,12 @@ def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
 
 
 def _open(plane: Plane, zeros: Zeros) -> float:
-    """The share of the window that is not decided."""
+    """Return the share of the window that is not decided."""
     return float((2 * zeros.undecided[1] / plane.scale[:, None]).prod(axis=0).sum())
 
 
 def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: Callable[[], None] | None) -> np.ndarray:
-    """The ends (2, k) of Newton's method from the points of a grid and from others (2, m), each once; those known first."""
+    """Apply Newton's method from the points of a grid and from others (2, m): distinct results (2, k), the known ones first."""
     axes = [np.linspace(a, b, _SIDE) for a, b in zip(plane.low, plane.high, strict=True)]
     x = np.concatenate([np.array(np.meshgrid(*axes)).reshape(2, -1), more], axis=1)
     for _ in range(_STEPS):
@@ -194,7 +194,7 @@ def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: 
 def window_around(
     system: System, values: Mapping[str, float], low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Ends (2,), (2,) of a window where ``low`` and ``high`` are not numbers; None where no fixed point is found."""
+    """Return ends (2,), (2,) of a window where ``low`` and ``high`` are not numbers; None where there is no fixed point."""
     free = np.isnan(low)
     seen: np.ndarray | None = None
     for size in _SIZES:

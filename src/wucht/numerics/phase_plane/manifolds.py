@@ -4,8 +4,8 @@ On the local manifold of an eigenvalue l with eigenvector v the motion is s' = l
 
     x(s) = x_0 + v s + w s^2 + O(s^3),    (J - 2 l I) w = -(1/2) d^2f(v, v)
 
-(Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", 4th ed., Springer 2023, section 10.3.5). What the third order leaves
-out follows from how far x(s) fails the equation dx/ds l s = f(x(s)): the manifold is followed from where that is small enough.
+(Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", 4th ed., Springer 2023, section 10.3.5). The error of third order
+follows from the defect of x(s) in the equation dx/ds l s = f(x(s)): the manifold is followed from where that is small enough.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from wucht.numerics.phase_plane.phase_curves import PhaseCurve, Portrait
 from wucht.numerics.phase_plane.plane import Plane
 
 _ACCURATE = 1e-11  # of the window: the error at the start of a manifold
-_LONGEST, _SHORTEST = 1e-2, 1e-5  # of the window: how far from the saddle it starts
+_LONGEST, _SHORTEST = 1e-2, 1e-5  # of the window: distances from the saddle at which it starts
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class LocalManifold:
 
     @classmethod
     def of(cls, plane: Plane, saddle: np.ndarray, stable: bool) -> LocalManifold:
-        """Of a saddle. Raises ``WuchtError`` where a state is none."""
+        """Compute the local manifold of a saddle. Raises ``WuchtError`` where the state is no saddle."""
         state, scale = np.asarray(saddle, float), plane.scale
         matrix = plane.jacobian(state[:, None])[..., 0] * scale[None, :] / scale[:, None]
         values, vectors = np.linalg.eig(matrix)
@@ -62,11 +62,11 @@ class LocalManifold:
         return cls(plane, state, stable, rate, v, np.linalg.solve(matrix - 2 * rate * np.eye(2), -second / 2))
 
     def at(self, s: float) -> np.ndarray:
-        """The state (2,) at a distance s from the saddle, on either side."""
+        """Return the state (2,) at a distance s from the saddle, on either side."""
         return np.asarray(self.saddle + self.plane.scale * (self.direction * s + self.bend * s**2))
 
     def error(self, s: float) -> float:
-        """How far that is beside the manifold: the defect of the equation, undone to leading order."""
+        """Estimate the distance of that state from the manifold: the defect of the equation, corrected to leading order."""
         scale = self.plane.scale
         f = self.plane.rates(self.at(s)[:, None])[:, 0] / scale
         defect = f - self.rate * s * (self.direction + 2 * self.bend * s)
@@ -75,7 +75,7 @@ class LocalManifold:
         return abs(float(left_out[0] * v[1] - left_out[1] * v[0]))
 
     def start(self, side: int) -> float:
-        """The distance (with the sign of the side) from which the manifold is followed: where it is accurate enough."""
+        """Return the distance (with the sign of the side) from which the manifold is followed, where it is accurate enough."""
         s = side * _LONGEST
         while self.error(s) > _ACCURATE and abs(s) > _SHORTEST:
             s /= 2
@@ -89,15 +89,15 @@ class Manifold:
     Attributes
     ----------
     saddle : int
-        Which of the fixed points.
+        Index among the fixed points.
     stable : bool
-        Whether its curve goes to the saddle (it was followed backwards), or comes from it.
+        True if its curve goes to the saddle (it was followed backwards), false if it comes from it.
     side : int
         +1 or -1 along the eigenvector.
     error : float
-        Of its start, in units of the window.
+        At its start, in units of the window.
     curve : PhaseCurve
-        From the saddle on, whose first state is the saddle itself.
+        From the saddle on, its first state.
     """
 
     saddle: int
@@ -108,14 +108,14 @@ class Manifold:
 
 
 def manifold(portrait: Portrait, saddle: int, stable: bool, side: int) -> Manifold:
-    """One of the four half manifolds of a saddle of a portrait.
+    """Follow one of the four half manifolds of a saddle of a portrait.
 
     Parameters
     ----------
     portrait : Portrait
-        With the fixed points, at one of which the curve may end; closed curves that are met are added.
+        With the fixed points, at one of which the curve may end; a closed curve at which it ends is added.
     saddle : int
-        Which of them.
+        Index among the fixed points.
     stable : bool
     side : {1, -1}
 
@@ -139,6 +139,6 @@ def manifold(portrait: Portrait, saddle: int, stable: bool, side: int) -> Manifo
 
 
 def manifolds(portrait: Portrait) -> tuple[Manifold, ...]:
-    """All half manifolds of all saddles of a portrait: four of each, the unstable ones first."""
+    """Follow all half manifolds of all saddles of a portrait: four of each, the unstable ones first."""
     saddles = [k for k, p in enumerate(portrait.points) if p.kind == SADDLE]
     return tuple(manifold(portrait, k, stable, side) for k in saddles for stable in (False, True) for side in (1, -1))

@@ -1,4 +1,4 @@
-"""Curves of a phase plane, followed along their length until it is known where they go."""
+"""Curves of a phase plane, followed along their length until their limit is known."""
 
 from __future__ import annotations
 
@@ -17,36 +17,37 @@ FIXED_POINT, CLOSED, LEFT, LENGTH, TIME_UP, AT_REST, FAILED, KINKS = (
     "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed", "too many kinks",
 )  # fmt: skip
 
-_LEG, _SPACING = 0.25, 1e-3  # of the window: how far is integrated at a time, and how far samples are apart
-_MOST_KINKS = 200  # that a curve may meet in a leg: more are met where it slides along a jump of the equations
+_LEG, _SPACING = 0.25, 1e-3  # of the window: length of a leg, and distance of samples
+_MOST_KINKS = 200  # of a curve in a leg: it has more where it slides along a jump of the equations
 _REST = 1e-4  # of the usual speed: below, time counts instead of length
-_STANDING = 1e-3  # of the length of a leg: a curve that gets no farther is at rest
+_STANDING = 1e-3  # of the length of a leg: a curve that advances by less is at rest
 _ROUNDING = 1e-14  # of a Jacobian in units of the window: a decay below it is none
-_TRAP, _HALVINGS = 5e-3, 12  # of the window: the largest trap around a fixed point, and how often it is halved until it is one
-_RINGS, _ANGLES = 6, 32  # at how many states of a trap it is seen that curves go inwards
-_PASSING, _AWAY = 3e-3, 1.2e-2  # of the window: how near a saddle is looked at, and how far from it a curve was before
-_ON_IT = 1e-5  # of the window: how near its manifold counts as on it
-_NEAR_LAP = 2e-3  # of the window: how near a lap must come to the lap before, for a closed curve to be looked for
-_ON_CLOSED = 0.02  # of the window: how near a closed curve that attracts must be
+_TRAP, _HALVINGS = 5e-3, 12  # of the window: the largest trap around a fixed point, and the most halvings of it
+_RINGS, _ANGLES = 6, 32  # states of a trap at which it is checked that curves go inwards
+_PASSING, _AWAY = 3e-3, 1.2e-2  # of the window: distance at which a saddle is examined, and distance of a curve before
+_ON_IT = 1e-5  # of the window: distance below which a state is on the manifold
+_NEAR_LAP = 2e-3  # of the window: distance of successive laps below which a closed curve is searched
+_ON_CLOSED = 0.02  # of the window: largest distance from an attracting closed curve
 
 
 @dataclass(frozen=True, eq=False)
 class PhaseCurve:
-    """A curve as it was followed.
+    """A curve that was followed to its end.
 
     Attributes
     ----------
     states : ndarray, (2, N)
-        Angles as they turn along it.
+        Angles continued along it, not wrapped.
     time : ndarray, (N,)
-        That passes, negative where it was followed backwards.
+        Elapsed time, negative where it was followed backwards.
     forwards : bool
     end : str
-        One of ``FIXED_POINT``, ``CLOSED``, ``LEFT``, ``LENGTH``, ``TIME_UP``, ``AT_REST``, ``FAILED``, ``KINKS``.
+        One of ``FIXED_POINT``, ``CLOSED_CURVE``, ``OUTSIDE_WINDOW``, ``LENGTH``, ``TIME_UP``, ``REST_STATE``, ``FAILURE``,
+        ``KINKS``.
     index : int
-        Which fixed point or closed curve, -1 for another end.
+        Index of the fixed point or closed curve at which it ends, -1 for another end.
     gap : float
-        How far, in units of the window, it was from there when it was seen to go there; of a saddle, from its manifold.
+        Distance from there at the end, in units of the window; for a saddle, from its manifold.
     length : float
         In units of the window.
     """
@@ -62,7 +63,7 @@ class PhaseCurve:
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """Why a curve ends: how many of its samples are before, and what follows them: a state (2, 1) and its time."""
+    """End of a curve: the number of samples before, and a last state (2, 1) with its time."""
 
     end: str
     count: int
@@ -74,10 +75,10 @@ class _End:
 
 @dataclass(eq=False)
 class Portrait:
-    """What is known of a phase plane while curves are followed in it.
+    """Fixed points and closed curves of a phase plane, collected while curves are followed in it.
 
-    points: its fixed points. closed: curves on which others were seen to end; grows. most_length, most_time: of a curve, in
-    units of the window and of time. watch: called now and then; what it raises ends the search.
+    points: its fixed points. closed_curves: those at which curves have ended; grows. most_length, most_time: of a curve, in
+    units of the window and of time. check: called now and then; an exception that it raises ends the search.
     """
 
     plane: Plane
@@ -92,7 +93,7 @@ class Portrait:
         self._compiled = self.plane.by_length
 
     def follow(self, start: np.ndarray, forwards: bool) -> PhaseCurve:
-        """The curve from a state (2,). Raises ``KeyboardInterrupt`` where the user stops it."""
+        """Follow the curve from a state (2,). Raises ``KeyboardInterrupt`` where the user stops it."""
         plane, way = self.plane, 1.0 if forwards else -1.0
         numbers, grid = plane.length_numbers(forwards, _REST), np.linspace(0.0, _LEG, round(_LEG / _SPACING) + 1)
         states, time, length, near = np.asarray(start, float)[:, None], np.zeros(1), 0.0, _NEAR_LAP
@@ -126,14 +127,14 @@ class Portrait:
             near = min(near, lap.gap) / 2 if lap is not None and lap.gap < near else near
 
     def _rest(self, state: np.ndarray) -> tuple[str, int, float]:
-        """Where a curve rests: at a fixed point of any kind, or elsewhere."""
+        """Return the end of a curve at rest: a fixed point of any kind, or elsewhere."""
         away = [float(np.hypot(*self.plane.apart(state, p.state))) for p in self.points]
         if away and min(away) < _ON_CLOSED:
             return FIXED_POINT, int(np.argmin(away)), min(away)
         return AT_REST, -1, 0.0
 
     def _end(self, states: np.ndarray, time: np.ndarray, first: int, forwards: bool) -> _End | None:
-        """Why the curve ends among its samples from ``first`` on; None where it does not."""
+        """Return the end of the curve among its samples from ``first`` on; None where it does not end there."""
         plane, new = self.plane, states[:, first:]
         found: list[_End] = []
         outside = (((new < plane.low[:, None]) | (new > plane.high[:, None])) & (plane.turns == 0)[:, None]).any(axis=0)
@@ -151,7 +152,7 @@ class Portrait:
         return min(found, key=lambda f: f.count, default=None)
 
     def _arrival(self, states: np.ndarray, first: int, k: int, away: np.ndarray, forwards: bool) -> tuple[int, float]:
-        """At which of its new samples, which are ``away`` (2, N) from it, a curve is seen to go to a fixed point; else -1."""
+        """Return the first new sample from which a curve goes to a fixed point, else -1. away: (2, N), from that point."""
         p, distance = self.points[k], np.hypot(*away)
         if not distance.size:
             return -1, 0.0
@@ -162,17 +163,17 @@ class Portrait:
         i = int(distance.argmin())
         limit = _PASSING if 0 < i < len(distance) - 1 else _PASSING / 2
         if p.kind == SADDLE and distance[i] < limit and self._has_been_away(states[:, : first + i], p):
-            came = int((distance < limit).argmax())  # later it is driven off its manifold
+            came = int((distance < limit).argmax())  # later it departs from the manifold
             gap, at = min((_off_manifold(self.plane, p, away[:, k], forwards), k) for k in (came, i))
             return (at, gap) if gap < _ON_IT else (-1, 0.0)
         return -1, 0.0
 
     def _has_been_away(self, states: np.ndarray, point: FixedPoint) -> bool:
-        """Whether a curve has been away from a saddle before it comes (back) to it."""
+        """True if a curve has been away from a saddle before it comes (back) to it."""
         return bool((np.hypot(*self.plane.apart(states, point.state[:, None])) > _AWAY).any())
 
     def _closed(self, lap: Lap, forwards: bool) -> tuple[int, float] | None:
-        """The closed curve on which a curve ends whose last lap this is, and how far it still is from it."""
+        """Return the closed curve at which a curve with this last lap ends, and its distance; None if there is none."""
         for k, known in enumerate(self.closed):
             gap = known.distance(self.plane, lap.state)
             if gap < (_ON_IT if known.neutral else _ON_CLOSED) and known.goes_there(forwards):
@@ -181,19 +182,19 @@ class Portrait:
         if found is None or not found.goes_there(forwards):
             return None
         gap = found.distance(self.plane, lap.state)
-        if gap > (_ON_IT if found.neutral else _ON_CLOSED):  # beside a loop to a saddle there may be a family
+        if gap > (_ON_IT if found.neutral else _ON_CLOSED):  # near a homoclinic loop there may be a family
             return None
         self.closed.append(found)
         return len(self.closed) - 1, gap
 
 
 class _TooManyKinksError(WuchtError):
-    """Ends an integration."""
+    """Ends an integration with too many kinks."""
 
 
 @dataclass(eq=False)
 class _Count:
-    """Called between the pieces of a leg."""
+    """Counter that is called between the pieces of a leg."""
 
     watch: Callable[[], None] | None
     pieces: int = 0
@@ -217,9 +218,9 @@ class _Trap:
 
 
 def _trap(plane: Plane, point: FixedPoint) -> _Trap:
-    """The ellipse of Lyapunov's equation, so small that z^T metric z is seen to fall along all curves inside it.
+    """Return the ellipse of Lyapunov's equation, so small that z^T metric z falls along all curves inside it.
 
-    Raises ``RunError`` in a window so large that nothing of the attraction is left in its units.
+    Raises ``RunError`` in a window so large that the attraction vanishes in its units.
     """
     from scipy.linalg import solve_continuous_lyapunov
 
@@ -231,7 +232,7 @@ def _trap(plane: Plane, point: FixedPoint) -> _Trap:
     if not np.linalg.eigvalsh(metric)[0] > _ROUNDING * np.abs(metric).max():
         at = ", ".join(f"{x:.4g}" for x in point.state)
         raise RunError(
-            f"the fixed point at ({at}) attracts too narrowly to be seen in this window: ask for smaller ranges",
+            f"the fixed point at ({at}) attracts too weakly to be resolved in this window: choose smaller ranges",
             code="too-narrow",
         )
     size = _TRAP * np.sqrt(np.linalg.eigvalsh(metric)[0])  # the longest half axis is _TRAP
@@ -249,7 +250,7 @@ def _trap(plane: Plane, point: FixedPoint) -> _Trap:
 
 
 def _off_manifold(plane: Plane, saddle: FixedPoint, away: np.ndarray, forwards: bool) -> float:
-    """How far a state near a saddle is from the manifold along which curves go to it, in units of the window."""
+    """Return the distance of a state near a saddle from the manifold along which curves go to it, in units of the window."""
     j, scale = plane.jacobian(saddle.state[:, None])[..., 0], plane.scale
     values, vectors = np.linalg.eig(j * scale[None, :] / scale[:, None])
     values, vectors = values.real, vectors.real
@@ -263,7 +264,7 @@ def _off_manifold(plane: Plane, saddle: FixedPoint, away: np.ndarray, forwards: 
 
 
 def _share_inside(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> float:
-    """The share of the way from one state to another that is in the window."""
+    """Return the share of the way from one state to another that is in the window."""
     shares = [1.0]
     for i in np.flatnonzero(plane.turns == 0):
         border = plane.low[i] if outside[i] < plane.low[i] else plane.high[i] if outside[i] > plane.high[i] else None

@@ -1,4 +1,4 @@
-"""A System of two states with values of its parameters, seen in a window of its phase plane (a cylinder or torus: angles)."""
+"""A System of two states with values of its parameters, in a window of its phase plane (a cylinder or torus: angles)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from wucht.numerics.jacobian import Jacobian, variational
 from wucht.system import Output, System
 
 TURN = 2 * math.pi
-PASSED = "passed_time"  # the quadrature of ``by_length``
+PASSED = "passed_time"  # the quadrature of ``_length_system``
 _GRID = 41
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """An autonomous planar System and where it is looked at.
+    """An autonomous planar System and a window of its phase plane.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Plane:
     Raises
     ------
     WuchtError
-        For another number of states, equations that depend on time, a window that is none.
+        For another number of states, equations that depend on time, an empty window.
     """
 
     system: System
@@ -56,7 +56,7 @@ class Plane:
         if s.depends_on_time:
             raise WuchtError("these equations depend on time: they have no phase plane", code="time-dependent")
         if not (np.isfinite([self.low, self.high]).all() and (self.low < self.high).all()):
-            raise WuchtError(f"the window from {self.low} to {self.high} is none: low must be below high")
+            raise WuchtError(f"the window from {self.low} to {self.high} is empty: low must be below high")
 
     @cached_property
     def turns(self) -> np.ndarray:
@@ -65,12 +65,12 @@ class Plane:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """The sides of the window (2,): the units of all lengths in it."""
+        """Sides of the window (2,): the units of all lengths in it."""
         return np.asarray(self.high - self.low, float)
 
     @cached_property
     def numbers(self) -> tuple[float, ...]:
-        """The values in the System's order."""
+        """Parameter values in the System's order."""
         return self.system.values(self.values)
 
     @cached_property
@@ -78,25 +78,25 @@ class Plane:
         return jacobian_of(replace(self.system, outputs=(), quadratures=()))
 
     def rates(self, x: np.ndarray) -> np.ndarray:
-        """dx/dt at states (2, N), of the same shape; not a number where it cannot be computed."""
+        """Evaluate dx/dt at states (2, N), of the same shape; not a number where it cannot be computed."""
         return self._jacobian(x, self.numbers)[0]
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """d(dx/dt)/dx (2, 2, N) at states (2, N)."""
+        """Evaluate d(dx/dt)/dx (2, 2, N) at states (2, N)."""
         return self._jacobian(x, self.numbers)[1]
 
     @property
     def lowered(self) -> Jacobian:
-        """The program behind ``rates`` and ``jacobian``."""
+        """Jacobian with its program, behind ``rates`` and ``jacobian``."""
         return self._jacobian
 
     def curvature(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """d^2/ds^2 of dx/dt along x + s v (2,), exact: from the Jacobian of the variational equations."""
+        """Return d^2/ds^2 of dx/dt along x + s v (2,), exact: from the Jacobian of the variational equations."""
         both = _second_derivatives(replace(self.system, outputs=(), quadratures=()))
         return np.asarray(both.at(np.concatenate([x, v]), self.numbers)[1][2:, :2] @ v)
 
     def apart(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """x - y (2, ...) in units of the window, angles within half a turn."""
+        """Return x - y (2, ...) in units of the window, angles within half a turn."""
         extra = (1,) * (np.ndim(x - y) - 1)
         turns, scale = self.turns.reshape(2, *extra), self.scale.reshape(2, *extra)
         away = x - y
@@ -104,11 +104,11 @@ class Plane:
         return np.asarray((away - turns * whole) / scale)
 
     def length(self, x: np.ndarray) -> float:
-        """Of the line through states (2, N), in units of the window."""
+        """Return the length of the line through states (2, N), in units of the window."""
         return float(np.hypot(*np.diff(x / self.scale[:, None], axis=1)).sum())
 
     def wrapped(self, x: np.ndarray) -> np.ndarray:
-        """States (2, ...) with angles in the window."""
+        """Return states (2, ...) with angles wrapped into the window."""
         extra = (1,) * (np.ndim(x) - 1)
         turns, low = self.turns.reshape(2, *extra), self.low.reshape(2, *extra)
         away = x - low
@@ -116,44 +116,47 @@ class Plane:
 
     @cached_property
     def usual_speed(self) -> float:
-        """The median of |dx/dt| over the window, in windows per unit of time."""
+        """Median of |dx/dt| over the window, in windows per unit of time."""
         axes = [np.linspace(a, b, _GRID) for a, b in zip(self.low, self.high, strict=True)]
         x = np.array(np.meshgrid(*axes)).reshape(2, -1)
         speeds = np.hypot(*(self.rates(x) / self.scale[:, None]))
         finite = speeds[np.isfinite(speeds) & (speeds > 0)]
         if not len(finite):
-            raise WuchtError("in this window nothing moves, or the equations cannot be evaluated there")
+            raise WuchtError("all states in this window are at rest, or the equations cannot be evaluated there")
         return float(np.median(finite))
 
     @property
     def by_length(self) -> CompiledSystem:
-        """The same curves, along their length in units of the window, forwards or backwards: see ``_by_length``."""
+        """Compiled System of the same curves along their length in units of the window: see ``_length_system``."""
         return compile_system(_by_length(replace(self.system, outputs=(), quadratures=())))
 
     def length_numbers(self, forwards: bool, rest: float) -> np.ndarray:
-        """Parameter values of ``by_length``. rest: the speed, a share of the usual one, below which time counts, not length."""
+        """Return parameter values of ``compiled_length_system``.
+
+        rest: the speed, a share of the usual one, below which the curve is parametrised by time, not length.
+        """
         return np.array([*self.numbers, 1.0 if forwards else -1.0, *self.scale, rest * self.usual_speed])
 
 
 @lru_cache(maxsize=64)
 @derived_once
 def jacobian_of(system: System) -> Jacobian:
-    """The Jacobian of a System, made once."""
+    """Return the Jacobian of a System, made once."""
     return Jacobian.of(system)
 
 
 @lru_cache(maxsize=64)
 @derived_once
 def _second_derivatives(system: System) -> Jacobian:
-    """The Jacobian of the variational equations."""
+    """Return the Jacobian of the variational equations."""
     return Jacobian.of(variational(system))
 
 
 @lru_cache(maxsize=64)
 def _by_length(system: System) -> System:
-    """dx/ds = +-f/sqrt(rest^2 + |f|^2): the curves of dx/dt = f along their length s; near fixed points along the time.
+    """Return dx/ds = +-f/sqrt(rest^2 + |f|^2): the curves of dx/dt = f along their length s; near fixed points along the time.
 
-    Its quadrature is the time that passes, positive both ways.
+    Its quadrature is the elapsed time, positive both ways.
     """
     way, *sizes, rest = (sp.Symbol(f"_{n}", real=True) for n in ("way", "size_1", "size_2", "rest"))
     rates = [sp.Symbol(f"_rate_{s.name}", real=True) for s in system.states]
