@@ -290,7 +290,7 @@ def test_where_there_is_none() -> None:
     empty = System((X, Y), (1 + X**2, -Y + MU), (MU, R))
     connections = Connections.of(empty, ("mu", "r"), {}, RANGES[:2], TIME)
     for begin in (0.0, 0.4):
-        with pytest.raises(RunError, match="no equilibrium was found near this place"):
+        with pytest.raises(RunError, match="there is no equilibrium near this place"):
             of_excursion(connections, np.array([begin, 0.0]), (0.0, 0.0))
 
 
