@@ -250,7 +250,7 @@ def test_where_none_is_next_to_it_that_is_said(monkeypatch: pytest.MonkeyPatch) 
         raise RunError("none")
 
     monkeypatch.setattr("wucht.numerics.periodic.connection_starts.fold_at", lost)
-    with pytest.raises(RunError, match="was found next to it"):
+    with pytest.raises(RunError, match="there is no connection of the saddle-node"):
         beyond(between(True, False), at)
     assert tried == pytest.approx([-1e-5, 1e-5, -1e-4, 1e-4, -1e-3, 1e-3], rel=1e-6)
 

@@ -38,7 +38,7 @@ class Jump:
     """Jump at the end of a branch. value: of the parameter there. direction: in which it moves, "up" or "down".
 
     from_speed, from_amplitude: on the branch at its end; to_speed, to_amplitude: of the steady state after the jump. fold: True
-    if the branch ends in a parabola; else it loses its stability in another way. ramp_only: observed by the ramp only, because
+    if the branch ends in a parabola; else it loses its stability in another way. only_seen: observed by the ramp only, because
     the machine does not stay in the state before the jump if the parameter is held. bracket: values between which the end lies.
     """
 
