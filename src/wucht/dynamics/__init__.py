@@ -1,1 +1,1 @@
-"""Engines between a machine and a study: run-ups and their verdicts, branches, ensembles. They know no spec and no figure."""
+"""Engines between a machine and a study: run-ups and their verdicts, branches, ensembles. They use no spec and no figure."""

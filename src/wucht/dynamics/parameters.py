@@ -1,4 +1,4 @@
-"""The parameters that studies vary, of a machine or of one's own equations: found by path, read in their unit, allowed."""
+"""Parameters that studies vary, of a machine or of user equations: looked up by path, read in their unit, checked."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Value = float | str  # in the unit of a parameter of the subject
 
 
 def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along") -> Parameter:
-    """The parameter of a path. Raises ``InputError`` at ``study.<key>``: no such parameter, or one that follows a schedule."""
+    """Return the parameter of a path. Raises ``InputError`` at ``study.<key>`` if there is none, or it follows a schedule."""
     if path not in subject.parameters:
         raise InputError(
             f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}", code="unknown-parameter"
@@ -25,14 +25,14 @@ def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along")
 
 
 def with_parameters(subject: Machine | OwnEquations, values: Mapping[str, float]) -> Machine | OwnEquations:
-    """The subject with other values of some parameters. Raises ``InputError`` for one that a machine's part does not allow."""
+    """Return the subject with other parameter values. Raises ``InputError`` for one that a machine's part does not allow."""
     return subject.with_values(values) if isinstance(subject, Machine) else subject.changed(values)
 
 
 def values_of(
     subject: Machine | OwnEquations, along: Parameter, given: Sequence[Value], key: str = "values"
 ) -> tuple[float, ...]:
-    """Values of a parameter as SI floats. Raises ``InputError`` at ``study.<key>[i]`` for one that its part does not allow."""
+    """Return values of a parameter in SI units. Raises ``InputError`` at ``study.<key>[i]`` for one that is not allowed."""
     unit, values = Unit(along.unit, along.what), []
     for i, value in enumerate(given):
         values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
@@ -43,7 +43,7 @@ def values_of(
 def ends_of(
     subject: Machine | OwnEquations, along: Parameter, given: Sequence[Value], key: str = "range"
 ) -> tuple[float, float]:
-    """``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that its part does not allow."""
+    """Return ``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that is not allowed."""
     ends = range_of(Unit(along.unit, along.what), given, key)
     for i, value in enumerate(ends):
         _refuse_if_not_allowed(subject, along, value, f"study.{key}[{i}]")
@@ -56,7 +56,7 @@ def _refuse_if_not_allowed(subject: Machine | OwnEquations, along: Parameter, va
 
 
 def range_of(unit: Unit, given: Sequence[Value], key: str = "range") -> tuple[float, float]:
-    """A pair [low, high] as SI floats. Raises ``InputError`` where low is not below high."""
+    """Return a pair [low, high] in SI units. Raises ``InputError`` where low is not below high."""
     low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(given))
     if not low < high:
         raise InputError(f"study.{key}", list(given), "must be a pair [low, high] with low below high")

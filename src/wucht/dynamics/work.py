@@ -1,4 +1,4 @@
-"""Work in named, deterministic units: computed once and then remembered, with progress, on this machine or on several."""
+"""Work in named, deterministic units: computed once and then stored, with progress, on this computer or on several."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from wucht.errors import WuchtError
 T = TypeVar("T")
 F = TypeVar("F")
 P = ParamSpec("P")
-Report = Callable[[float, str], None]  # the share that is done (0 to 1), and what is under way
+Report = Callable[[float, str], None]  # the share that is done (0 to 1), and the current activity
 TaskReport = Callable[[float], None]  # the share of a task that is done, 0 to 1; may raise ``KeyboardInterrupt``
 Task = Callable[[TaskReport], T]
 
 
 class Memory(Protocol):
-    """Where units of work that are done are kept, by name."""
+    """Store of completed units of work, by name."""
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
-        """The result of a unit: read back, or computed now and kept."""
+        """Return the result of a unit: read back, or computed now and stored."""
         ...
 
     def knows(self, name: str) -> bool:
-        """Whether a unit can be read back."""
+        """True if a unit can be read back."""
         ...
 
     def keep(self, name: str, outcome: Any) -> None:
-        """Keep the result of a unit that was computed."""
+        """Store the result of a computed unit."""
         ...
 
 
 class NoMemory:
-    """Keeps nothing: each unit is computed when it is needed."""
+    """Memory that stores nothing: each unit is computed when it is needed."""
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
         """See ``Memory``."""
@@ -49,17 +49,17 @@ class NoMemory:
 
 
 class Cluster(Protocol):
-    """Computes tasks on several machines."""
+    """Computation of tasks on several computers."""
 
     def computed(self, tasks: Mapping[str, Task[Any]], report: Report) -> Iterator[tuple[str, Any]]:
-        """The results of tasks by name, in the order in which they are ready."""
+        """Yield the results of tasks by name, in the order in which they are ready."""
         ...
 
 
 @dataclass(frozen=True)
 class Work:
-    """cluster: whose workers compute what is independent; None: this process does. name: before the names of its units.
-    begin, end: the share of the whole study that this part is."""
+    """Part of a study's work. cluster: whose workers compute independent units; None: this process. name: prefix of the names
+    of its units. begin, end: the share of the whole study."""
 
     memory: Memory = field(default_factory=NoMemory)
     reporter: Report | None = None
@@ -69,14 +69,14 @@ class Work:
     end: float = 1.0
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
-        """The result of a deterministic unit of work, a frozen dataclass: computed once, then remembered."""
+        """Return the result of a deterministic unit of work, a frozen dataclass: computed once, then stored."""
         return self.memory.unit(self.name + name, compute)
 
     def units(self, tasks: Mapping[str, Task[T]], what: str = "") -> Iterator[tuple[str, T]]:
-        """The results of units that do not depend on each other, of about the same size, by name; as they come, in any order.
+        """Yield the results of independent units of about the same size, by name; as they come, in any order.
 
-        tasks: functions that can be pickled, of frozen data alone; each is given what to tell the share of it that is done,
-        which raises ``KeyboardInterrupt`` where it is to be given up. what: they are, for the progress.
+        tasks: functions that can be pickled, of frozen data alone; each is called with a function that reports its share done,
+        which raises ``KeyboardInterrupt`` to abandon it. label: of the units, for the progress.
         """
         if self.cluster is None:
             for k, (name, task) in enumerate(tasks.items()):
@@ -99,24 +99,24 @@ class Work:
         return task(lambda share: self.report(share, what))
 
     def report(self, share: float, what: str = "") -> None:
-        """How far this part is, 0 to 1. Raises ``KeyboardInterrupt`` where the user has asked to stop."""
+        """Report how far this part is, 0 to 1. Raises ``KeyboardInterrupt`` where the user has requested to stop."""
         if self.reporter is not None:
             self.reporter(self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0), what)
 
     @property
     def unkept(self) -> Work:
-        """The same work, of which nothing is kept: for parts of a unit."""
+        """Same work without storage: for parts of a unit."""
         return replace(self, memory=NoMemory())
 
     def part(self, name: str, begin: float, end: float) -> Work:
-        """A part of this work, from one share of it to another, with names of its own."""
+        """Return a part of this work, from one share of it to another, with a prefix for its names."""
         width = self.end - self.begin
         path = f"{self.name}{name}/" if name else self.name
         return replace(self, name=path, begin=self.begin + begin * width, end=self.begin + end * width)
 
 
 def or_why(make: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | str:
-    """What a function makes, or the sentence why it cannot."""
+    """Return the result of a function, or the sentence why there is none."""
     try:
         return make(*args, **kwargs)
     except WuchtError as error:
@@ -124,9 +124,9 @@ def or_why(make: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | str:
 
 
 def with_made(findings: F, into: str, made: Any, missing: str = "") -> F:
-    """Findings with one more in a field that is a tuple, or among ``lost`` with the sentence why there is none.
+    """Add a result to a field of findings that is a tuple, or the sentence why there is none to ``omissions``.
 
-    missing: what that sentence begins with.
+    missing: beginning of that sentence.
     """
     name, more = ("lost", missing + made) if isinstance(made, str) else (into, made)
     extended: F = replace(findings, **{name: (*getattr(findings, name), more)})  # type: ignore[type-var]
@@ -134,4 +134,4 @@ def with_made(findings: F, into: str, made: Any, missing: str = "") -> F:
 
 
 def _unheard(share: float) -> None:
-    """Of a task whose progress nobody follows."""
+    """Ignore the progress of a task."""

@@ -136,7 +136,7 @@ def test_a_special_orbit_whose_curve_cannot_be_followed_is_said() -> None:
     """A fold where the branch has none: it is not on it."""
     row = mapped()[-1].orbit_rows[0]
     wrong = replace(row.special[0], value=-0.05)
-    with pytest.raises(RunError, match="the special orbit was not found again"):
+    with pytest.raises(RunError, match="the special orbit could not be recomputed"):
         orbit_curve(case_of().motion_at(row.second), case_of().second(row.second), row, wrong)
 
 

@@ -211,5 +211,5 @@ def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(FoldPairs, "near", lost)
     result = two_pairs()
     assert result.wucht.summary["points"] == []
-    assert "where two curves of folds cross near p = " in result.attrs["warnings"]
+    assert "the crossing of two curves of folds near p = " in result.attrs["warnings"]
     assert "is not located: Newton's method does not converge" in result.attrs["warnings"]

@@ -1,1 +1,1 @@
-"""Balancers: what candidates of one are worth, the best damping, and the states in which their bodies rest."""
+"""Balancers: the evaluation of candidate designs, the best damping, and the steady states of their bodies."""

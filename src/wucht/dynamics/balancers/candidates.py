@@ -1,4 +1,4 @@
-"""What candidates are worth: many run-ups of each, from the same starts, with unbalances spread over their range."""
+"""Evaluation of balancer candidates: many run-ups of each, from the same starts, with unbalances spread over their range."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SAME = 1e-9
 
 
 def with_bodies(machine: Machine, count: int) -> Machine:
-    """The machine with another number of balancing bodies, each like its first one. Raises ``InputError``."""
+    """Return the machine with another number of balancing bodies, each like its first one. Raises ``InputError``."""
     names = balancing(machine)
     if count == len(names):
         return machine
@@ -61,7 +61,7 @@ def with_bodies(machine: Machine, count: int) -> Machine:
 
 
 def _anywhere(body: Body) -> Body:
-    """The body without a place of its own at the start: that of another number of them is another."""
+    """Return the body without its start position, which depends on the number of bodies."""
     return body.model_copy(update={"start": None}) if isinstance(body, Tracked) else body
 
 
@@ -70,7 +70,7 @@ def _keys(machine: Machine, body: str) -> list[str]:
 
 
 def _check_equal(machine: Machine, names: Sequence[str], count: int) -> None:
-    """Raises ``InputError`` where the bodies differ: it would not be known like which of them others are."""
+    """Raise ``InputError`` where the bodies differ: it would be undefined which of them to copy."""
     kinds = {b.name: b.kind for b in machine.bodies}
     for name in names[1:]:
         same = kinds[name] == kinds[names[0]] and _keys(machine, name) == _keys(machine, names[0])
@@ -94,10 +94,10 @@ _UNIT = 64  # runs: a unit of work, and at least one candidate
 
 @dataclass(frozen=True)
 class Evaluated:
-    """P candidates. numbers: the values of the variables (P, k). objectives (P, 4): settling time, residual, peak, share of
-    captured runs; nan where there is none; of a settling time the least that it can be, of that share the most. error: the
-    standard error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o). allowed (P,):
-    whether the machine's parts allow it."""
+    """Results of P candidates. numbers: values of the variables (P, k). objectives (P, 4): settling time, residual, peak, share
+    of captured runs; nan where there is none; runs without a verdict make the settling time a lower and that share an upper
+    bound. error: the standard error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o).
+    is_allowed (P,): True if the machine's parts allow the candidate."""
 
     numbers: np.ndarray
     objectives: np.ndarray
@@ -107,28 +107,28 @@ class Evaluated:
 
     @classmethod
     def joined(cls, parts: Sequence[Evaluated]) -> Evaluated:
-        """Of several in a row."""
+        """Join the results of several groups of candidates, in order."""
         return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
 
     def taken(self, candidate: int) -> Evaluated:
-        """One of them."""
+        """Return the results of one candidate."""
         return Evaluated(**{f.name: getattr(self, f.name)[candidate : candidate + 1] for f in fields(self)})
 
     @property
     def captured(self) -> np.ndarray:
-        """The share of the runs that certainly do not get through (P,)."""
+        """Share of the runs that certainly do not pass the resonance (P,)."""
         return np.asarray(np.clip(1 - self.outcomes[:, _THROUGH].sum(axis=1) - self.undecided, 0.0, 1.0))
 
     @property
     def undecided(self) -> np.ndarray:
-        """The share of the runs without a verdict (P,)."""
+        """Share of the runs without a verdict (P,)."""
         return np.asarray(self.outcomes[:, _OPEN].sum(axis=1))
 
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """The runs of each candidate. samples: how many. seed: of the bodies' phases. start: the rest of the start, as a study file
-    states it. until: how long each lasts, None until it has settled. order: of averaged equations."""
+    """Settings of a candidate's runs. samples: their number. seed: of the bodies' phases. start: the rest of the start, as in
+    a study file. until: the duration of each, None until it has settled. order: of averaged equations."""
 
     samples: int
     seed: int
@@ -140,10 +140,10 @@ class TrialSettings:
 
 @dataclass(frozen=True)
 class Trials:
-    """How candidates of a machine are tried: the variables, the rotor's unbalance, the runs of each.
+    """Evaluation of the candidates of a machine: the variables, the rotor's unbalance, the runs of each.
 
-    unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: whether
-    averaged equations keep the bodies' inertia. others: runs from other phases than those of the search.
+    unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: True if
+    averaged equations keep the bodies' inertia. fresh_phases: runs from other phases than those of the search.
     """
 
     settings: TrialSettings
@@ -156,25 +156,25 @@ class Trials:
 
     @property
     def spread(self) -> np.ndarray:
-        """The values of the unbalance's parameter (M,) in the runs of a candidate."""
+        """Values of the unbalance's parameter (M,) in the runs of a candidate."""
         if self.ends[0] == self.ends[1]:
             return np.full(self.settings.samples, self.ends[0])
         return np.linspace(*self.ends, self.settings.samples)
 
     @property
     def phases(self) -> np.ndarray:
-        """The phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
+        """Phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
         return phases(self.machine, self.settings.samples, [self.settings.seed, int(self.others)])
 
     def question(self, model: Literal["full", "slow"]) -> EnsembleQuestion:
-        """What is asked of each run."""
+        """Return the ensemble question: the machine, the varied parameters and the model of the runs."""
         s = self.settings
         paths = tuple(values_at(self.machine, self.variables, [v.low for v in self.variables]))
         varied = tuple(dict.fromkeys((*paths, self.unbalance)))
         return EnsembleQuestion(self.machine, varied, model, self.inertia, s.order, s.until, tolerance=s.tolerance)
 
     def starts(self, machine: Machine) -> np.ndarray:
-        """The states (n, M) in which the runs of a candidate begin."""
+        """Return the states (n, M) in which the runs of a candidate begin."""
         begin, at = initial_state(machine, self.settings.start), self.phases
         starts = np.repeat(begin[:, None], at.shape[1], axis=1)
         rotor = begin[machine.row(machine.rotor.coordinate.position)]
@@ -182,7 +182,7 @@ class Trials:
         return starts
 
     def of(self, numbers: Sequence[float]) -> Machine:
-        """The machine of a candidate. Raises ``InputError`` where its parts do not allow it."""
+        """Return the machine of a candidate. Raises ``InputError`` where its parts do not allow it."""
         made = self.machine.with_values(values_at(self.machine, self.variables, numbers))
         for track in made.tracks:
             if _widths(made, [b.name for b in track.bodies]).sum() > 2 * np.pi:
@@ -191,7 +191,7 @@ class Trials:
 
 
 def phases(machine: Machine, samples: int, seed: Sequence[int]) -> np.ndarray:
-    """Random phases (b, M) of the bodies about the main rotor, scrambled Sobol' points; on a track without overlapping."""
+    """Return random phases (b, M) of the bodies about the main rotor, scrambled Sobol' points; without overlap on a track."""
     from scipy.stats import qmc
 
     names = balancing(machine)
@@ -200,19 +200,19 @@ def phases(machine: Machine, samples: int, seed: Sequence[int]) -> np.ndarray:
     for track in machine.tracks:
         own = [b.name for b in track.bodies]
         rows, widths = [names.index(n) for n in own], _widths(machine, own)
-        # Where the first one is, and how the room that they leave is shared by the gaps.
+        # The place of the first one, and how the remaining space is divided among the gaps.
         gaps = np.sort(at[rows[1:]], axis=0) * (2 * np.pi - widths.sum())
         found[rows[1:]] = found[rows[0]] + np.cumsum(widths[:-1])[:, None] + gaps
     return np.asarray(found)
 
 
 def power_of_two(count: int) -> int:
-    """The least power of two that is not below a number: as many Sobol' points fill the space evenly."""
+    """Return the least power of two that is not below a number: as many Sobol' points fill the space evenly."""
     return 1 << (count - 1).bit_length()
 
 
 def _widths(machine: Machine, names: Sequence[str]) -> np.ndarray:
-    """The angles (n,) that bodies of a track and their next ones need, in rad."""
+    """Return the least angles (n,) between bodies of a track and their successors, in rad."""
     parts = {b.name: b for t in machine.tracks for b in t.bodies}
     bodies = []
     for n in names:
@@ -223,14 +223,14 @@ def _widths(machine: Machine, names: Sequence[str]) -> np.ndarray:
 
 
 def least_residual(machine: Machine) -> float:
-    """The least unbalance that the bodies can leave: the chain of their unbalances and the rotor's closes as far as it can."""
+    """Return the least unbalance that the bodies can leave: the force polygon with the rotor's is closed as far as possible."""
     own = np.abs(unbalances(machine)[[machine.bodies.index(b) for b in machine.group(machine.rotor)]])
     left = float(2 * own.max() - own.sum())
     return left if left > 1e-9 * own.sum() else 0.0
 
 
 def tried(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, what: str) -> Evaluated:
-    """Candidates (P, k) of the variables; some at a time are a unit of work. what: they are, for the progress."""
+    """Evaluate candidates (P, k) of the variables, several as one unit of work. label: of the candidates, for the progress."""
     size = max(1, _UNIT // trials.settings.samples)
     parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
     found = dict(work.units({name: partial(evaluated, trials, model, rows) for name, rows in parts.items()}, what))
@@ -238,7 +238,7 @@ def tried(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, w
 
 
 def evaluated(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report) -> Evaluated:
-    """Candidates (P, k) of the variables, run together."""
+    """Evaluate candidates (P, k) of the variables in one ensemble of runs."""
     count, m = len(numbers), trials.settings.samples
     machines = [_machine(trials, row) for row in numbers.tolist()]
     objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
@@ -261,7 +261,7 @@ def evaluated(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarra
 
 
 def _machine(trials: Trials, numbers: Sequence[float]) -> Machine | None:
-    """None: the parts do not allow it."""
+    """Return the machine of a candidate, None if the parts do not allow it."""
     try:
         return trials.of(numbers)
     except InputError:
@@ -269,10 +269,10 @@ def _machine(trials: Trials, numbers: Sequence[float]) -> Machine | None:
 
 
 def _settling(runs: MemberOutcomes) -> tuple[float, float]:
-    """After which time half of the runs are in place, and its standard error; nan where fewer ever are, or one has failed.
+    """Return the median settling time and its standard error; nan where fewer than half of the runs settle, or one has failed.
 
-    A mean of those that get through would be best where one quick run does and all others are captured. A run without a verdict
-    takes at least as long as it was followed.
+    The mean over the runs that pass would favour a candidate of which one quick run passes and all others are captured. A run
+    without a verdict takes at least as long as it was followed.
     """
     if (runs.outcome == _FAILED).any():
         return np.nan, np.nan
@@ -281,4 +281,4 @@ def _settling(runs: MemberOutcomes) -> tuple[float, float]:
     half = float(np.median(np.where(known, times, np.inf)))
     if not np.isin(runs.outcome, _THROUGH).any() or np.isinf(half):
         return np.nan, np.nan
-    return half, float(np.sqrt(np.pi / 2) * times[known].std() / np.sqrt(known.sum()))  # that of a median of normal numbers
+    return half, float(np.sqrt(np.pi / 2) * times[known].std() / np.sqrt(known.sum()))  # of the median of a normal sample

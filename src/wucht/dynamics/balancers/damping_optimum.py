@@ -1,5 +1,5 @@
-"""The damping between oscillation and creep: 000, section 6. Small damping lets bodies swing about their places for long, great
-damping lets them creep there; between them lies the damping with which they are in place soonest."""
+"""Damping between oscillation and creep: 000, section 6. Small damping lets bodies swing about their places for long, large
+damping lets them creep there; between them lies the damping with the shortest settling time."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from wucht.machines.operation import driven_speeds, turning
 
 
 def states_at_speed(machine: Machine) -> tuple[State, ...]:
-    """The steady states of ``synchronous-states`` beyond the resonance, or at the speed that is held, stable or not.
+    """Return the steady states of ``synchronous-states`` above the resonance, or at the prescribed speed, stable or not.
 
-    Damping between the bodies and the rotor does not matter to them: nothing moves there. Raises ``InputError`` for a machine
-    without averaged equations.
+    They do not depend on the damping between the bodies and the rotor: there is no relative motion. Raises ``InputError`` for
+    a machine without averaged equations.
     """
     steady = turning(machine, None)
     torques = SteadyTorques.from_slow(averaged_machine(steady, True))
@@ -41,9 +41,9 @@ def states_at_speed(machine: Machine) -> tuple[State, ...]:
 
 
 def compensated_state(machine: Machine, full: bool, states: Sequence[State] | None = None) -> Configuration | None:
-    """The stable one of these states that leaves least unbalance; None: there is none.
+    """Return the stable one of these states that leaves least unbalance; None if there is none.
 
-    full: by the full equations, else by the averaged ones with the inertia of the bodies. states: where they are known. Raises
+    full: by the full equations, else by the averaged ones with the inertia of the bodies. states: if already computed. Raises
     ``InputError`` for a machine without averaged equations.
     """
     slow = averaged_machine(turning(machine, None), True)
@@ -61,14 +61,14 @@ def compensated_state(machine: Machine, full: bool, states: Sequence[State] | No
 
 
 def decay_rate(machine: Machine, states: Sequence[State] | None = None) -> float:
-    """How fast small deviations from that state decay in the averaged equations: the slowest rate; nan where there is none."""
+    """Return the slowest decay rate of small deviations from that state in the averaged equations; nan where there is none."""
     state = compensated_state(machine, full=False, states=states)
     return np.nan if state is None or state.slow.leading is None else -state.slow.leading.real
 
 
 @dataclass(frozen=True)
 class Rates:
-    """The slowest rate (N,) at which small deviations decay (linearised averaged equations), and where it is greatest."""
+    """Slowest decay rate (N,) of small deviations (linearised averaged equations), and the damping where it is greatest."""
 
     each: np.ndarray
     greatest_at: float
@@ -76,9 +76,9 @@ class Rates:
 
 @dataclass(frozen=True)
 class DampingCurve:
-    """Over the damping (N,) of the bodies: after which time half of the runs are in place, the share of those that get through,
-    and the slowest rate at which small deviations decay. optimum: the damping of the shortest settling time; of_rates: that of
-    the greatest rate."""
+    """Median settling time over the damping (N,) of the bodies, the share of the runs that pass the resonance, and the slowest
+    rate at which small deviations decay. optimum: the damping of the shortest settling time; rate_optimum: that of the
+    greatest rate."""
 
     damping: np.ndarray
     settling_time: np.ndarray
@@ -89,16 +89,16 @@ class DampingCurve:
 
 
 def damping_curve(dampings: np.ndarray, seen: Evaluated, rates: Rates) -> DampingCurve:
-    """From the runs of a machine with the dampings (N,), and its rates."""
+    """Return the curve from the runs of a machine with the dampings (N,), and its rates."""
     settling, through = seen.objectives[:, SETTLING], 1 - seen.objectives[:, CAPTURE]
-    # Times of few runs that get through say little.
+    # Settling times of the few runs that pass are not representative.
     most = np.where(through >= through.max(), settling, np.nan)
     optimum = float(dampings[np.nanargmin(most)]) if np.isfinite(most).any() else np.nan
     return DampingCurve(dampings, settling, through, rates.each, optimum, rates.greatest_at)
 
 
 def rates_of(trials: Trials, dampings: np.ndarray) -> Rates:
-    """Of a machine with the dampings (N,), which the only variable of ``trials`` is; nan without averaged equations."""
+    """Return the decay rates for the dampings (N,), the only variable of ``trials``; nan without averaged equations."""
 
     try:
         states = states_at_speed(trials.machine)
@@ -113,7 +113,7 @@ def rates_of(trials: Trials, dampings: np.ndarray) -> Rates:
 
 
 def _greatest(rate: Callable[[float], float], dampings: np.ndarray, rates: np.ndarray) -> float:
-    """The damping of the greatest rate: the curve has a corner there, so that it is found by halving."""
+    """Return the damping of the greatest rate: the curve has a corner there, so it is bracketed, not interpolated."""
     from scipy.optimize import minimize_scalar
 
     if not np.isfinite(rates).any():

@@ -1,4 +1,4 @@
-"""The steady states of a machine's averaged equations along a parameter: the equations, all states at a value, their names."""
+"""Steady states of a machine's averaged equations along a parameter: the equations, all states at a value, their names."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ from wucht.system import System
 
 _STEPS = Steps(first=0.01, most=0.04, turn=0.06, points=4000)
 _LEAST = 1e-3  # of the fastest speed: slower rotors than that hardly turn, and are not followed
-_ABOVE = 1.01  # of the fastest speed: no branch goes on there
+_ABOVE = 1.01  # of the fastest speed: no branch continues there
 _IN_LINE = 1e-6  # sine of the angle between bodies that are in line
-_ROUNDING = 1e-12  # of all unbalances over the moving mass: an amplitude that is none
-_SAMPLES = 5  # of the range: where the fastest speed is looked for
+_ROUNDING = 1e-12  # of all unbalances over the moving mass: a smaller amplitude is zero
+_SAMPLES = 5  # of the range: values at which the fastest speed is determined
 
 
 @dataclass(frozen=True)
 class AveragedEquilibria:
-    """The equilibria of the averaged equations of a machine.
+    """Equilibria of the averaged equations of a machine.
 
-    machine: with its schedules done. path: of the parameter. bounds: of it. inertia: of the balancing bodies. show:
+    machine: after its schedules. path, bounds: of the parameter. inertia: of the balancing bodies. show:
     the state that is drawn, None for the speed. A point u (n+1,)
-    is a state of the averaged equations, in the bodies' own senses, and the parameter's value.
+    is a state of the averaged equations, in each body's sense of rotation, and the parameter's value.
     """
 
     machine: Machine
@@ -55,7 +55,7 @@ class AveragedEquilibria:
     def of(
         cls, machine: Machine, path: str, bounds: tuple[float, float], settings: BranchSettings
     ) -> AveragedEquilibria:  # fmt: skip
-        """Raises ``InputError`` where a setting does not fit the machine, or it has no averaged equations or steady states."""
+        """Set up the equilibria. Raises ``InputError`` where a setting does not fit, or there is nothing to follow."""
         if len(machine.bodies) > MOST_BODIES:
             most = f"there must be at most {MOST_BODIES}, the main rotor included"
             raise InputError("machine.bodies", len(machine.bodies), most)
@@ -79,17 +79,17 @@ class AveragedEquilibria:
 
     @cached_property
     def averaged(self) -> AveragedMachine:
-        """The averaged equations at the machine's own values. Raises ``InputError`` where there are none."""
+        """Averaged equations at the machine's nominal values. Raises ``InputError`` where there are none."""
         return averaged_machine(self.machine, self.inertia)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the states (n)."""
+        """Names of the states (n)."""
         return self.averaged.system.state_names
 
     @cached_property
     def at(self) -> Callable[[float], AveragedStability]:
-        """The machine at a value of the parameter: its torques and averaged equations. Made once for each value."""
+        """Machine at a value of the parameter: its torques and averaged equations. Computed once for each value."""
         senses = {r.name: self.averaged.senses[r.name] for r in self.machine.rotors}
 
         def made(value: float) -> AveragedStability:
@@ -100,24 +100,24 @@ class AveragedEquilibria:
         return lru_cache(maxsize=512)(made)
 
     def driven(self, value: float) -> tuple[float, float]:
-        """The speeds between which states are searched at a value."""
+        """Return the speeds between which states are searched at a value."""
         return driven_speeds(self.machine.with_unchecked({self.path: value}))[0]
 
     @cached_property
     def fastest(self) -> float:
-        """The highest speed that drives reach anywhere in the range; the prescribed one where there is one; 0 for none."""
+        """Highest speed that drives reach anywhere in the range; the prescribed one where there is one; 0 for none."""
         values = np.linspace(*self.bounds, _SAMPLES).tolist()
         given = self.at(sum(self.bounds) / 2).torques.given
         return max(self.driven(v)[1] for v in values) if given is None else abs(given)
 
     @cached_property
     def limits(self) -> tuple[float, float]:
-        """The speeds of rotors within which branches are followed."""
+        """Speeds of rotors within which branches are followed."""
         return _LEAST * self.fastest, _ABOVE * self.fastest
 
     @cached_property
     def equilibria(self) -> Equilibria:
-        """As they are followed: phases by a radian, speeds by the fastest one, the parameter by its range."""
+        """Continuation problem: phases scaled by a radian, speeds by the fastest one, the parameter by its range."""
         equations = Equations.of(self.averaged.system, [self.path], self.machine.values, self._scale)
         rotors = {f"{r.name}.speed" for r in self.machine.rotors}
         limits = {i: self.limits for i, name in enumerate(self.names) if name in rotors}
@@ -138,25 +138,25 @@ class AveragedEquilibria:
         return 1.0 if self.show is not None and self.show.endswith(".phase") else self.fastest
 
     def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
-        """See ``SteadyStates``: those of equal bodies that are exchanged and those of a family once."""
+        """See ``SteadyStates``: states that differ by an exchange of equal bodies, or belong to one family, count once."""
         torques, (low, high) = self.at(value).torques, self.driven(value)
         if torques.given is None and not high > 0:
             return StatesAtValue((), (), True, "nothing drives the machine there")
         search = all_states(torques, low, high, watch)
         isolated, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
         points = tuple(self.point(s, value) for s in isolated)
-        # The speeds are told once for all values at which it is searched.
+        # The report states the speeds once for all searched values.
         shown = search.shown.replace(in_words((low, high), self.machine.units.speed), "speeds")
         return StatesAtValue(
             points, tuple(families), search.complete, shown, None if torques.given is not None else (low, high)
         )
 
     def point(self, state: State, value: float) -> np.ndarray:
-        """u (n+1,) of a state."""
+        """Return the point u (n+1,) of a state."""
         return np.append(self.averaged.steady_state(state.speed, state.phases), value)
 
     def state(self, u: np.ndarray) -> State:
-        """The state at a point: phases to the main rotor, and which bodies are in line."""
+        """Return the state at a point: phases relative to the main rotor, and which bodies are in line."""
         torques = self.at(float(u[-1])).torques
         phases = np.array([self._phase(u, name) for name in torques.names])
         speed = torques.given if torques.given is not None else float(u[self._rows[f"{torques.names[0]}.speed"]])
@@ -165,7 +165,7 @@ class AveragedEquilibria:
         return replace(state, beside=beside, multiplicity=multiplicity(torques, state))
 
     def _phase(self, u: np.ndarray, name: str) -> float:
-        """Of a body to the main rotor."""
+        """Return the phase of a body relative to the main rotor."""
         reference = self.averaged.references[name]
         return 0.0 if reference is None else float(u[self._rows[f"{name}.phase"]]) + self._phase(u, reference)
 
@@ -174,11 +174,11 @@ class AveragedEquilibria:
         return {name: i for i, name in enumerate(self.names)}
 
     def same(self, u: np.ndarray, v: np.ndarray) -> bool:
-        """Whether points at one value of the parameter are one state, equal bodies being exchanged."""
+        """True if points at one value of the parameter are one state, up to an exchange of equal bodies."""
         return same_state(self.at(float(u[-1])).torques, self.state(u), self.state(v))
 
     def kind(self, u: np.ndarray) -> Kind:
-        """See ``SteadyStates``: the names that ``synchronous-states`` uses."""
+        """See ``SteadyStates``: the names used by ``synchronous-states``."""
         torques, state = self.at(float(u[-1])).torques, self.state(u)
         if torques.size == 1:
             return Kind()
@@ -202,7 +202,7 @@ class AveragedEquilibria:
         return Evaluator.of(whole, wanted, ["amplitude", "speed", "size"]), values
 
     def ordinates(self, u: np.ndarray) -> Ordinates:
-        """See ``SteadyStates``: the main rotor's speed with its sign, or the state that was chosen."""
+        """See ``SteadyStates``: the main rotor's signed speed, or the chosen state."""
         evaluator, values = self._observed
         found = evaluator(np.zeros(u.shape[1]), u, values)
         amplitude, speed = np.asarray(found["amplitude"]), self._sense * found["speed"]
@@ -214,8 +214,8 @@ class AveragedEquilibria:
         return float(self.averaged.senses[self.machine.rotor.name])
 
     def stated(self, u: np.ndarray) -> dict[str, float]:
-        """See ``SteadyStates``: phases as in the contract, in the bodies' own senses, speeds likewise; psi and delta of two
-        bodies of one rotor.
+        """See ``SteadyStates``: phases as in the contract, in each body's sense of rotation, speeds likewise; psi and delta of
+        two bodies of one rotor.
         """
         angles = [n.endswith(".phase") for n in self.names]
         values = {n: float(wrapped(x) if angle else x) for n, x, angle in zip(self.names, u[:-1], angles, strict=True)}
@@ -232,7 +232,7 @@ class AveragedEquilibria:
         return self.beyond(any(u[i] <= self.limits[0] for i in self.equilibria.limits))
 
     def beyond(self, slow: bool) -> str:
-        """Why a branch ends where rotors are too slow, or too fast."""
+        """Return why a branch ends where rotors are too slow, or too fast."""
         (low, high), unit = self.limits, self.machine.units.speed
         if slow:
             return f"below {low:.4g} {unit}".rstrip() + " a rotor hardly turns, and the averaged equations do not hold"
@@ -250,7 +250,7 @@ class AveragedEquilibria:
 
 
 def _beside(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:
-    """The side of each balancing body of those in line; empty where they are not, or are not on one axis."""
+    """Return the side (0 or 1) of each balancing body; empty where they are not in line, or not on one axis."""
     c = torques.coefficients
     if torques.size < 3 or not torques.in_line or c is None:
         return ()

@@ -1,4 +1,4 @@
-"""Bifurcation diagram of steady states: the search at some values of a parameter, and the branches through what is there."""
+"""Bifurcation diagram of steady states: the search at some values of a parameter, and the branches through these states."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from wucht.dynamics.work import Work, or_why, with_made
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 
-MOST_BRANCHES = 100  # of one value of the second parameter
+MOST_BRANCHES = 100  # at one value of the second parameter
 _SEARCHING = 0.9  # share of the work
 _NEAR_AN_END = 1e-3  # of the range
 _DECADE = 10.0
@@ -36,7 +36,7 @@ _DECADE = 10.0
 
 @dataclass(frozen=True)
 class BranchCase:
-    """What is searched and followed.
+    """Definition of a bifurcation diagram.
 
     curves: the states along the parameter, for each value of a second one (None where there are no such values). plane: the
     second parameter where it has a range. values: of the parameter, at which all states are searched. only: the names of states
@@ -53,7 +53,7 @@ class BranchCase:
         cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: BranchSettings,
         plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
     ) -> BranchCase:  # fmt: skip
-        """The states of a machine, or of equations, over the parameter of a path. second: another parameter and its values.
+        """Set up the states of a machine, or of user equations, over a parameter. second: another parameter and its values.
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
@@ -65,12 +65,12 @@ class BranchCase:
         return cls(curves, plane, _searched_values(bounds, settings.points), settings.only)
 
     def wanted(self, name: str | None) -> bool:
-        """Whether states of a name are followed."""
+        """True if states of a name are followed."""
         return self.only is None or name in self.only
 
     @property
     def states(self) -> SteadyStates:
-        """Those along the parameter, at the first value of the second one."""
+        """States along the parameter, at the first value of the second one."""
         return self.curves[0][1]
 
 
@@ -81,7 +81,7 @@ def _states(subject: Machine | OwnEquations, path: str, bounds: Range, settings:
 
 
 def _searched_values(bounds: Range, points: int) -> tuple[float, ...]:
-    """Values over a range, evenly or, over decades, in a constant ratio, and one near each end."""
+    """Return values over a range, evenly or, over decades, in a constant ratio, and one near each end."""
     (low, high), between = bounds, (np.arange(points) + 0.5) / points
     inside = low * (high / low) ** between if low > 0 and high > _DECADE * low else low + (high - low) * between
     near = _NEAR_AN_END * (high - low)
@@ -90,7 +90,7 @@ def _searched_values(bounds: Range, points: int) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class SearchedValue:
-    """A value at which all states were searched, and between which speeds. failure: why they could not be."""
+    """Value at which all states were searched. speeds: the searched interval. failure: why the search was impossible."""
 
     value: float
     second: float | None
@@ -102,7 +102,7 @@ class SearchedValue:
 
     @classmethod
     def of(cls, value: float, second: float | None, search: StatesAtValue | str) -> SearchedValue:
-        """From the states, or the sentence why they could not be searched."""
+        """Record a search from its states, or from the sentence why it was impossible."""
         if isinstance(search, str):
             return cls(value, second, 0, False, "", failure=search)
         count = len(search.points) + len(search.families)
@@ -111,7 +111,7 @@ class SearchedValue:
 
 @dataclass(frozen=True)
 class NominalState:
-    """A state at the parameter's value as it is: u (n+1,), exponents (k,), the number of its branch, and of a family the share
+    """State at the parameter's nominal value: u (n+1,), exponents (k,), the number of its branch, and for a family the share
     of its members that are stable.
     """
 
@@ -122,16 +122,16 @@ class NominalState:
 
     @property
     def stability(self) -> Stability:
-        """Of the state, or of the family's members."""
+        """Stability of the state, or of the family's members."""
         return Stability(int(stability(self.exponents[:, None])[0])) if self.share is None else stability_from_share(self.share)
 
 
 @dataclass(frozen=True)
 class BranchFindings:
-    """So far.
+    """Branches and curves computed so far.
 
-    nominal: at the parameter's value as it is. curves: of folds and Hopf points in two parameters. lost: sentences on what
-    could not be followed. complete: nothing is left to do.
+    nominal: states at the parameter's nominal value. curves: of folds and Hopf points in two parameters. omissions: sentences
+    on what could not be followed. complete: nothing is left to do.
     """
 
     searched: tuple[SearchedValue, ...] = ()
@@ -142,15 +142,15 @@ class BranchFindings:
     complete: bool = False
 
     def at(self, second: float | None) -> list[EquilibriumBranch]:
-        """The branches at a value of the second parameter."""
+        """Return the branches at a value of the second parameter."""
         return [b for b in self.branches if b.second == second]
 
     def full(self, second: float | None) -> bool:
-        """Whether no more branches are followed at a value of the second parameter."""
+        """True if no more branches are followed at a value of the second parameter."""
         return len(self.at(second)) >= MOST_BRANCHES
 
     def joined(self, branch: EquilibriumBranch | str, at: str, second: float | None) -> BranchFindings:
-        """With one more branch, or the sentence why it cannot be followed. at: where its first state is, in words."""
+        """Add a branch, or the sentence why it cannot be followed. at: the place of its first state, as text."""
         if isinstance(branch, str):
             return replace(self, lost=tuple(dict.fromkeys((*self.lost, f"a state at {at} is not followed: {branch}"))))
         more = replace(self, branches=(*self.branches, replace(branch, second=second)))
@@ -158,11 +158,11 @@ class BranchFindings:
         return replace(more, lost=(*self.lost, sentence)) if more.full(second) else more
 
 
-Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete than that before; the last is returned
+Stage = Generator[BranchFindings, None, BranchFindings]  # each more complete than the one before; the last is returned
 
 
 def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
-    """Search and follow; the findings after each branch."""
+    """Search all states and follow their branches; yield the findings after each branch."""
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.curves)
     for k, (second, states) in enumerate(case.curves):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
@@ -174,7 +174,7 @@ def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
 
 
 def _one(case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, work: Work) -> Stage:
-    """With one value of the second parameter."""
+    """Search and follow the branches at one value of the second parameter."""
     family = FamilyCurve(states) if isinstance(states, AveragedEquilibria) else None
     for i, value in enumerate(case.values):
         share, at = _SEARCHING * i / len(case.values), f"{states.path} = {value:.6g}"
@@ -198,14 +198,14 @@ def _one(case: BranchCase, findings: BranchFindings, second: float | None, state
             if findings.full(second) or not case.wanted(states.kind(u).name) or lies_on(states, known, u):
                 continue
             branch = work.unit(f"branch from {u.tolist()!r}", partial(or_why, _from, states, u, None))
-            # A state that is a special point itself may belong to a known branch and yet not be recognised on it.
+            # A state that is a special point may belong to a known branch and yet not be recognised on it.
             if isinstance(branch, str) or not repeats(states, known, branch):
                 findings = findings.joined(branch, at, second)
                 yield findings
                 findings = yield from _offshoots(case, findings, second, states, branch, work)
     nominal = states.nominal_value
     if second is None and states.bounds[0] <= nominal <= states.bounds[1]:
-        work.report(_SEARCHING, "the machine's own value")
+        work.report(_SEARCHING, "the nominal value")
         at_value = work.unit("own", partial(_nominal, states, family, findings.branches, nominal))
         findings = replace(findings, nominal=at_value)
         yield findings
@@ -216,14 +216,14 @@ def _offshoots(
     case: BranchCase, findings: BranchFindings, second: float | None, states: SteadyStates, first: EquilibriumBranch | str,
     work: Work,
 ) -> Stage:  # fmt: skip
-    """The branches that cross one, and those that cross them."""
+    """Follow the branches that cross a branch, and those that cross them."""
     pending = [] if isinstance(first, str) else [*first.offshoots]
     while pending and not findings.full(second):
         u, towards = pending.pop(0)
         known = findings.at(second)
         if lies_on(states, known, u) or not case.wanted(states.kind(u).name):
             continue
-        # Near the branch point where they cross, two branches are not yet told apart: the whole one is.
+        # Near the branch point where they cross, two branches cannot be distinguished: compare the whole branch.
         branch = work.unit(f"offshoot {u.tolist()!r}", partial(or_why, _from, states, u, towards))
         if isinstance(branch, str) or not repeats(states, known, branch):
             findings = findings.joined(branch, f"{states.path} = {float(u[-1]):.6g}", second)
@@ -233,7 +233,7 @@ def _offshoots(
 
 
 def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindings, work: Work) -> Stage:
-    """The curves through all folds and Hopf points, each once."""
+    """Follow the curves through all folds and Hopf points, each once."""
     special = starts(findings.branches)
     for k, (of, kind, u) in enumerate(special):
         work.report(0.5 + 0.5 * k / len(special), f"{of}s in two parameters")
@@ -247,7 +247,7 @@ def _curves(states: SteadyStates, second: SecondParameter, findings: BranchFindi
 
 
 def _from(states: SteadyStates, u: np.ndarray, towards: np.ndarray | None) -> EquilibriumBranch:
-    """The branch through a point near u, in a direction where one is given. Raises ``RunError`` where there is none."""
+    """Follow the branch through a point near u, in a direction where one is given. Raises ``RunError`` where there is none."""
     problem = states.equilibria
     return branch_through(states, problem.start(u[:-1], u[-1]) if towards is None else problem.curve.start(u, towards))
 

@@ -1,9 +1,9 @@
-"""The curves in the plane of two parameters at which it changes how the modulated motion ends as a third one grows.
+"""Curves in the plane of two parameters at which the way changes in which the modulated motion ends as a third one grows.
 
 Between an orbit that ends at a saddle-node on it and one that ends at a saddle connection the orbit returns to the saddle-node
 along its strongly stable direction. This curve ends where a second pair of steady states vanishes at the same value, at a
-connection of two saddle-nodes; from there go the curve at which both pairs vanish at once, and that at which the connection
-begins at a saddle-node and comes to a saddle of the other pair. O. Drozdetskaya's dissertation leaves this question open
+connection of two saddle-nodes; there begin the curve at which both pairs vanish at once, and that at which the connection
+leads from a saddle-node to a saddle of the other pair. O. Drozdetskaya's dissertation leaves this question open
 (section 5.2); the unfolding of its first curve: S. Schecter, SIAM J. Math. Anal. 18 (1987) 1142-1156.
 """
 
@@ -24,10 +24,10 @@ from wucht.numerics.periodic.connection_starts import beyond, longer, rest_of, s
 from wucht.numerics.periodic.saddle_connections import Connections
 
 RETURNS, BOTH, TO_SADDLE = "returns-to-saddle-node", "both-pairs-vanish", "saddle-node-to-saddle"
-_LOOKED_EVERY, _LATER = 10, 1.5  # points; by what factor more, until it is looked again for a second saddle-node
-_TOO_LONG = 0.12  # of the time: so long the orbit waits where that will be
-_LONGER, _MOST_LONGER, _SETTLED = 3.0, 8, 1e-7  # times as long; how often; by how much of the ranges it then changes
-_SPARE = 8.0  # times as long: connections of saddle-nodes
+_LOOKED_EVERY, _LATER = 10, 1.5  # points; the factor until the next search for a second saddle-node
+_TOO_LONG = 0.12  # of the time: the orbit waits so long where that will be
+_LONGER, _MOST_LONGER, _SETTLED = 3.0, 8, 1e-7  # times as long; how often; share of the ranges by which it then changes
+_SPARE = 8.0  # times as long: time of connections of saddle-nodes
 _ROOM = 0.5  # of the ranges: how far beyond the plane curves are followed where that leads to the next one
 _MOST = 600  # points of a curve, each way
 
@@ -36,14 +36,14 @@ Watch = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Plane:
-    """Paths and ranges of the parameter that is eliminated and of the two of the plane."""
+    """Paths and ranges of the eliminated parameter and of the two parameters of the plane."""
 
     paths: tuple[str, str, str]
     bounds: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
     @property
     def wider(self) -> tuple[tuple[float, float], ...]:
-        """The ranges, and something beyond, on the same side of zero."""
+        """Ranges with a margin, on the same side of zero."""
 
         def wide(low: float, high: float) -> tuple[float, float]:
             room = _ROOM * (high - low)
@@ -52,11 +52,11 @@ class Plane:
         return (self.bounds[0], wide(*self.bounds[1]), wide(*self.bounds[2]))
 
     def at(self, motion: ModulatedMotion, x: float, y: float) -> ModulatedMotion:
-        """The motion at a place of the plane."""
+        """Return the motion at a place of the plane."""
         return motion.at(dict(zip(self.paths[1:], (x, y), strict=True)))
 
     def inside(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Which points lie in the plane."""
+        """Return a mask of the points that lie in the plane."""
         (x0, x1), (y0, y1) = self.bounds[1:]
         return np.asarray((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
 
@@ -64,9 +64,9 @@ class Plane:
 def curves_between(
     motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding, watch: Watch
 ) -> CurvesAndPoints:
-    """The curves that begin between a place where the orbit ends at a connection and one where it ends at a saddle-node on it.
+    """Follow the curves between a place where the orbit ends at a connection and one where it ends at a saddle-node on it.
 
-    The two places differ in one parameter alone.
+    The two places differ in one parameter only.
     """
     lost = list[str]()
     try:
@@ -103,7 +103,7 @@ def _where(plane: Plane, at: OrbitEnding) -> str:
 
 
 def _curve(plane: Plane, kind: str, table: np.ndarray) -> PlaneCurve | None:
-    """The part of a curve that lies in the plane, cut at its edge."""
+    """Return the part of a curve that lies in the plane, cut at its edge."""
     inside = plane.inside(table[1], table[2])
     if not inside.any():
         return None
@@ -116,7 +116,7 @@ def _curve(plane: Plane, kind: str, table: np.ndarray) -> PlaneCurve | None:
 
 
 def _cut(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
-    """Where the way from a point of the plane to one beyond it passes its edge."""
+    """Return the point at which the line from a point of the plane to one outside crosses its edge."""
     shares = [1.0]
     for k, (low, high) in enumerate(plane.bounds[1:], 1):
         for edge in (low, high):
@@ -126,7 +126,7 @@ def _cut(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
 
 
 def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other: OrbitEnding) -> tuple[Connections, Connection]:
-    """The connection of a saddle-node at which the saddle connections between two places end."""
+    """Return the connection of a saddle-node at which the saddle connections between two places end."""
     along = 1 if connected.x != other.x else 2
     here, start = plane.at(motion, connected.x, connected.y), (connected.x, connected.y)[along - 1]
     connections, first = connections_at(here, plane.paths[along], plane.wider[along], connected.end, start)
@@ -137,7 +137,7 @@ def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other:
     for last in walk:  # noqa: B007
         pass
     if walk.end != SADDLE_NODE:
-        raise RunError(f"the saddle connection does not come to a saddle-node: {walk.end}")
+        raise RunError(f"the saddle connection does not lead to a saddle-node: {walk.end}")
     value, moved = last.parameters[:2].tolist()
     fold = nearest_fold(here.at({plane.paths[along]: moved}), last.equilibria[0], value)
     winding = connections.winding
@@ -145,7 +145,7 @@ def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other:
     values = np.array([fold.value, connected.x, connected.y])
     values[along] = moved
     short = saddle_node_of(whole, last, fold.state, values)
-    # Towards the end of the curve the orbit waits longer and longer elsewhere: that takes time too.
+    # Towards the end of the curve the orbit waits longer and longer elsewhere: its time must allow for that.
     whole = connections_of(here, plane.paths, plane.wider, _SPARE * connections.time, winding, (True,))
     return whole, longer(whole, short)
 
@@ -153,7 +153,7 @@ def _limit(motion: ModulatedMotion, plane: Plane, connected: OrbitEnding, other:
 def _returning(
     motion: ModulatedMotion, plane: Plane, connections: Connections, start: Connection, watch: Watch, looks: bool
 ) -> tuple[list[Connection], Connection | None, str]:
-    """One way along the curve; the connection of two saddle-nodes at which it ends, or why it ends elsewhere."""
+    """Follow the curve one way; return also the connection of two saddle-nodes at its end, or why it ends elsewhere."""
     half, double, look, walk = list[Connection](), None, _LOOKED_EVERY, connections.walk(start)
     for k, c in enumerate(walk):
         watch("the curve on which the orbit returns to the saddle-node")
@@ -176,13 +176,13 @@ def _returning(
 
 
 def _nearer(plane: Plane, double: Connection, before: Connection, after: Connection) -> bool:
-    """Whether a curve still comes nearer to its end in both parameters: so near to it, other solutions are near too."""
+    """True if a curve still approaches its end in both parameters: so near to the end, other solutions are near too."""
     a, b = (np.abs(_scaled(plane, c.parameters[:3] - double.parameters[:3])) for c in (before, after))
     return bool((b < a).all())
 
 
 def _double(motion: ModulatedMotion, plane: Plane, connections: Connections, at: Connection) -> Connection | None:
-    """The connection of two saddle-nodes near one that waits long where the first of them will be."""
+    """Return the connection of two saddle-nodes near one that waits long where the first of them will be."""
     waits = waiting(connections, at)
     if waits is None:
         return None
@@ -207,7 +207,7 @@ def _double(motion: ModulatedMotion, plane: Plane, connections: Connections, at:
 
 
 def _connections(motion: ModulatedMotion, plane: Plane, time: float, folds: tuple[bool, bool]) -> Connections:
-    """Connections of two different steady states: what an orbit winds lies in the states themselves."""
+    """Connections of two different steady states: whole turns of an orbit are part of the states themselves."""
     none = np.zeros(len(motion.subject.system.states), int)
     return connections_of(motion, plane.paths, plane.wider, time, none, folds)
 
@@ -215,7 +215,7 @@ def _connections(motion: ModulatedMotion, plane: Plane, time: float, folds: tupl
 def _from_double(
     motion: ModulatedMotion, plane: Plane, double: Connection, lost: list[str], watch: Watch
 ) -> tuple[PlanePoint, list[PlaneCurve]]:
-    """The point of the plane at a connection of two saddle-nodes, and the curves that begin there."""
+    """Return the point of the plane at a connection of two saddle-nodes, and the curves that begin there."""
     value, x, y = double.parameters[:3].tolist()
     point = PlanePoint(DOUBLE, x, y, value)
     curves = list[PlaneCurve | None]()

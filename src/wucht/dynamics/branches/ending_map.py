@@ -1,4 +1,4 @@
-"""The map of how the modulated motion ends: places in the plane looked at one by one, and the curves between them."""
+"""Map of the ways in which the modulated motion ends: places in the plane examined one by one, and the curves between them."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 
-_PLACES, _CURVES = 0.7, 0.9  # shares of the work, by which these are done
+_PLACES, _CURVES = 0.7, 0.9  # shares of the work at which these are done
 _ATTEMPTS = 3  # curves that are begun between places
 
 
 @dataclass(frozen=True, eq=False)
 class EndingMapCase:
-    """A plane in which it is mapped how the modulated motion ends as a third parameter changes.
+    """Plane in which the end of the modulated motion is mapped as a third parameter changes.
 
-    cells: a side, in whose centres it is examined. warnings: what is doubtful about the equations.
+    cells: per side, examined at their centres. warnings: doubts about the equations.
     """
 
     plane: Plane
@@ -43,7 +43,7 @@ class EndingMapCase:
     def of(
         cls, subject: Machine | OwnEquations, plane: Plane, cells: int, settings: BranchSettings, orbits: OrbitSettings
     ) -> EndingMapCase:
-        """The plane of a machine, or of equations. settings, orbits: which steady states and modulated motions.
+        """Set up the plane of a machine, or of user equations. settings, orbits: of steady states and modulated motions.
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
@@ -56,14 +56,14 @@ class EndingMapCase:
 
     @property
     def centres(self) -> list[tuple[float, float]]:
-        """Of all cells, row by row."""
+        """Centres of all cells, row by row."""
         across, up = (cell_centres(bounds, self.cells).tolist() for bounds in self.plane.bounds[1:])
         return [(x, y) for y in up for x in across]
 
 
 @dataclass(frozen=True)
 class EndingFindings:
-    """So far. places: that were examined. curves, points: of the plane. lost: sentences on what is missing."""
+    """Results so far. places: examined ones. curves, points: of the plane. omissions: sentences on what is missing."""
 
     places: tuple[OrbitEnding, ...] = ()
     curves: tuple[PlaneCurve, ...] = ()
@@ -76,7 +76,7 @@ Stage = Generator[EndingFindings, None, EndingFindings]
 
 
 def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
-    """Place by place, then the curves, then a place in each region that has none."""
+    """Examine place by place, then the curves, then a place in each region that has none; yield the findings after each."""
     findings = EndingFindings()
     cells = case.centres
     for k, cell in enumerate(cells):
@@ -107,7 +107,7 @@ def _ending(case: EndingMapCase, place: tuple[float, float], watch: partial[None
 
 
 def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:
-    """The curves that begin between neighbouring places where the motion ends differently."""
+    """Follow the curves that begin between neighbouring places where the motion ends differently."""
     attempts = 0
     for a, b in _neighbours(case, findings):
         kinds = {a.kind, b.kind}
@@ -130,7 +130,7 @@ def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:
 
 
 def _neighbours(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
-    """Places side by side, or one above the other; those far from the plane's corners first, where all is best known."""
+    """Pairs of adjacent places; those far from the plane's corners first, where the motion is best known."""
     n, cells = case.cells, findings.places
     pairs = [(cells[r * n + c], cells[r * n + c + 1]) for r in range(n) for c in range(n - 1)]
     pairs += [(cells[r * n + c], cells[(r + 1) * n + c]) for r in range(n - 1) for c in range(n)]
@@ -143,7 +143,7 @@ def _neighbours(case: EndingMapCase, findings: EndingFindings) -> list[tuple[Orb
 
 
 def unexplained(case: EndingMapCase, findings: EndingFindings) -> list[tuple[OrbitEnding, OrbitEnding]]:
-    """Neighbouring places where the motion ends differently, with no curve between them."""
+    """Return neighbouring places where the motion ends differently, with no curve between them."""
     return [
         (a, b) for a, b in _neighbours(case, findings)
         if a.kind != b.kind and not any(c.passes_between((a.x, a.y), (b.x, b.y)) for c in findings.curves)

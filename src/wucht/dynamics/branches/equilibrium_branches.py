@@ -1,4 +1,4 @@
-"""Branches of steady states: each that is found is followed both ways, and from branch points the other branches too."""
+"""Branches of steady states: each state is followed both ways, and from branch points the crossing branches too."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from wucht.numerics.zeros_and_peaks import at_passages
 
 _PITCHFORK = 1e-4  # in units of scale: between a branch point and the fold of the branch that begins there
 
-_SAMPLES = 9  # points of a branch that are named
-_COMPARED = (0.12, 0.3, 0.7, 0.88)  # of a branch: where it is compared, not in the middle, where a pitchfork has its vertex
-_LENGTH = 1e-6  # in units of scale: a branch that is shorter is a point
-ON = 1e-9  # in units of scale: what is that near to a bound is on it
-_CLOSE = 1e-3  # in units of scale: what is that near to a bound would go on to it
+_SAMPLES = 9  # points of a branch at which its state is named
+_COMPARED = (0.12, 0.3, 0.7, 0.88)  # of a branch: points of comparison, not in the middle, where a pitchfork has its vertex
+_LENGTH = 1e-6  # in units of scale: a shorter branch is a point
+ON = 1e-9  # in units of scale: a point so near to a bound lies on it
+_CLOSE = 1e-3  # in units of scale: a point so near to a bound would reach it
 _STUCK = "no further point of the branch can be computed"
 RANGE_ENDS = "the range ends"
-SOME_STABLE, ALL_STABLE = "some-stable", "all-stable"  # from here on some members of a family are stable, or all
+SOME_STABLE, ALL_STABLE = "some-stable", "all-stable"  # from here on some, or all, members of a family are stable
 
 
 class Stability(IntEnum):
-    """Of a point. SOME: members of a family are stable, others not. NEUTRAL: a disturbance neither grows nor decays."""
+    """Stability of a point. PARTLY_STABLE: only some members of a family. NEUTRAL: a disturbance neither grows nor decays."""
 
     NEUTRAL = -1
     NONE = 0
@@ -39,25 +39,25 @@ class Stability(IntEnum):
 
 
 def stability(exponents: np.ndarray) -> np.ndarray:
-    """Whether all disturbances decay (N,), from exponents (n, N), not numbers where there are less: as ``Stability``."""
+    """Return ``StabilityLevel`` (N,) from exponents (n, N), which are nan where there are fewer."""
     growth, fastest = np.nanmax(exponents.real, axis=0), np.nanmax(np.abs(exponents), axis=0)
     decays = np.where(growth < -NEUTRAL * fastest, Stability.ALL, Stability.NEUTRAL)
     return np.where(growth > NEUTRAL * fastest, Stability.NONE, decays)
 
 
 def stability_from_share(share: float) -> Stability:
-    """Of a family, by the share of its members that are stable."""
+    """Return the stability of a family from the fraction of its members that are stable."""
     return Stability.ALL if share >= 1 else Stability.SOME if share > 0 else Stability.NONE
 
 
 @dataclass(frozen=True)
 class EquilibriumBranch:
-    """Equilibria in their order along a branch, as they are kept between runs.
+    """Equilibria in their order along a branch, as stored between runs.
 
-    u (n+1, N): states, angles as they have turned, and parameter. exponents (n, N): per unit of time, not a number where a
-    family has less of them. kinds (N): "" or the kind of a special point. ends: why it ends, at first and last. dimension: of
-    the family for one of whose members it stands, 0 for isolated states. stable_share (N): of the family's members, empty where
-    there is no family. kind: what the states are called. offshoots: point and direction (n+1,) of other
+    u (n+1, N): states, angles not wrapped, and parameter. exponents (n, N): per unit of time, nan where a
+    family has fewer. kinds (N): "" or the kind of a special point. ends: why it ends, at first and last. dimension: of
+    the family that it represents, 0 for isolated states. stable_share (N): of the family's members, empty where
+    there is no family. kind: name and type of the states. offshoots: point and direction (n+1,) of the
     branches that cross it. second: value of the second parameter.
     """
 
@@ -73,12 +73,12 @@ class EquilibriumBranch:
 
     @property
     def values(self) -> np.ndarray:
-        """Of the parameter (N,)."""
+        """Values of the parameter (N,)."""
         return np.asarray(self.u[-1])
 
     @cached_property
     def stability(self) -> np.ndarray:
-        """``Stability`` of each point (N,); at a special point, which is neither, the higher one of its neighbours."""
+        """``StabilityLevel`` of each point (N,); at a special point the higher one of its neighbours."""
         shares, special = self.stable_share, self._special
         each = np.array([stability_from_share(s) for s in shares]) if shares else stability(self.exponents)
         known = np.where(special, Stability.NEUTRAL, each)
@@ -87,7 +87,7 @@ class EquilibriumBranch:
 
     @property
     def stable(self) -> np.ndarray:
-        """Whether all disturbances of all members decay (N,)."""
+        """True where all disturbances of all members decay (N,)."""
         return np.asarray(self.stability == Stability.ALL)
 
     @property
@@ -95,9 +95,9 @@ class EquilibriumBranch:
         return np.array([bool(kind) for kind in self.kinds])
 
     def intervals(self, of: Stability) -> list[tuple[int, int]]:
-        """First and last point of each stretch of some stability, up to the special or neutral points where it ends."""
+        """Return first and last point of each stretch of a level, up to the special or neutral points where it ends."""
         special = self._special
-        open_ = special | (self.stability == Stability.NEUTRAL)  # says nothing of the stretch that it lies in, or ends
+        open_ = special | (self.stability == Stability.NEUTRAL)  # does not determine the stretch that it lies in, or ends
         sure = np.flatnonzero(~open_).tolist()
         groups: list[tuple[int, int]] = []
         for k, i in enumerate(sure):
@@ -111,29 +111,29 @@ class EquilibriumBranch:
         return groups
 
     def _up_to(self, i: int, other: int, way: int) -> int:
-        """Where a stretch that has point i ends on the way to another sure one: at the special point, if there is one."""
+        """Return the end of a stretch that contains point i on the way to the limit: the special point, if there is one."""
         between = range(i + way, other, way)
         return next((j for j in between if self.kinds[j]), between[0] if between else i)
 
     @property
     def unlocated(self) -> list[tuple[int, int]]:
-        """Neighbouring points between which stability changes, though no point where it does was located between."""
+        """Neighbouring points between which stability changes without a located special point."""
         special = np.array([bool(kind) and kind != UNRESOLVED for kind in self.kinds])
         sure = np.flatnonzero(~self._special & (self.stability != Stability.NEUTRAL))
         pairs = zip(sure[:-1].tolist(), sure[1:].tolist(), strict=True)
         return [(i, j) for i, j in pairs if self.stability[i] != self.stability[j] and not special[i:j].any()]
 
     def length(self, scale: np.ndarray) -> float:
-        """Along all points, in units of scale (n+1,)."""
+        """Return the arc length through all points, in units of scale (n+1,)."""
         return float((np.abs(np.diff(self.u / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5 @ np.ones(self.u.shape[1] - 1))
 
     def crossings(self, value: float) -> Iterator[np.ndarray]:
-        """Points (n+1,) between those of the branch where it passes a value, to first order."""
+        """Return points (n+1,) where the branch passes a value, interpolated to first order."""
         return (np.append(x, value) for x in at_passages(self.values, value, self.u[:-1])[1].T)
 
 
 def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch:
-    """The whole branch of isolated states through a point, with its name, and the beginnings of those that cross it."""
+    """Follow the branch of isolated states through a point both ways, with its name, and the starts of those that cross it."""
     equilibria = states.equilibria
     branch = equilibria.branch(start)
     points = [p for p in branch.points if not _turns_at_a_branch_point(branch, p)]
@@ -147,7 +147,7 @@ def branch_through(states: SteadyStates, start: CurvePoint) -> EquilibriumBranch
 
 
 def _turns_at_a_branch_point(branch: Branch, point: Equilibrium) -> bool:
-    """Whether it is a fold only because the branch begins there on another one, symmetrically: a pitchfork."""
+    """True if a fold is one only because the branch begins there on another one, symmetrically: a pitchfork."""
     scale = branch.equations.scale
     return point.kind == FOLD and any(
         p.kind == BRANCH_POINT and np.abs((p.u - point.u) / scale).max() < _PITCHFORK for p in branch.special
@@ -162,7 +162,7 @@ def _offshoots(equilibria: Equilibria, at: Equilibrium) -> list[tuple[np.ndarray
 
 
 def _kind(states: SteadyStates, made: EquilibriumBranch) -> Kind:
-    """Name, type and split as far as they are the same all along, from some points that are not special."""
+    """Return name, type and split as far as they are the same along the branch, from some points that are not special."""
     regular = np.flatnonzero([not kind for kind in made.kinds])
     chosen = regular[np.linspace(0, len(regular) - 1, min(_SAMPLES, len(regular))).astype(int)]
     seen = {states.kind(made.u[:, i]) for i in chosen}
@@ -174,10 +174,10 @@ def _kind(states: SteadyStates, made: EquilibriumBranch) -> Kind:
 
 
 def ends_in_words(equilibria: Equilibria, branch: Branch, path: str, leaves: Callable[[np.ndarray], str]) -> tuple[str, str]:
-    """Why a branch ends, at first and last. path: of the parameter. leaves: why, where a state (n+1,) is at its limits."""
+    """Return why a branch ends, at first and last. path: of the parameter. limit_reason: of a state (n+1,) at its limits."""
     if branch.closed:
         return branch.ends
-    # A branch with fewer points than it may have ends where not even the shortest step leads to another one.
+    # A branch with fewer points than the maximum ends where not even the shortest step leads to another one.
     fewer = len(branch.points) < equilibria.steps.points
     first, last = (
         end_in_words(equilibria, f"{path} = {p.parameter:.5g}", leaves, p.u, _STUCK if fewer else said)
@@ -187,9 +187,9 @@ def ends_in_words(equilibria: Equilibria, branch: Branch, path: str, leaves: Cal
 
 
 def end_in_words(equilibria: Equilibria, at: str, leaves: Callable[[np.ndarray], str], u: np.ndarray, said: str) -> str:
-    """Why a branch that is not closed ends at a point u (n+1,).
+    """Return why a branch that is not closed ends at a point u (n+1,).
 
-    at: where that is. leaves: why, where a state has reached its limits. said: by whom followed it, for other reasons.
+    at: the place as text. limit_reason: of a state at its limits. reason: of the continuation, for all other cases.
     """
     scale = equilibria.equations.scale
     off = min(abs(float(u[-1]) - bound) for bound in equilibria.bounds) / scale[-1]
@@ -203,7 +203,7 @@ def end_in_words(equilibria: Equilibria, at: str, leaves: Callable[[np.ndarray],
 
 
 def points_at(states: SteadyStates, branch: EquilibriumBranch, value: float) -> list[CurvePoint]:
-    """The points of a branch of isolated states at a value."""
+    """Return the points of a branch of isolated states at a value."""
     points: list[CurvePoint] = []
     for guess in branch.crossings(value):
         try:
@@ -216,13 +216,13 @@ def points_at(states: SteadyStates, branch: EquilibriumBranch, value: float) -> 
 
 
 def lies_on(states: SteadyStates, branches: Sequence[EquilibriumBranch], u: np.ndarray) -> bool:
-    """Whether a point lies on one of the branches, equal bodies being exchanged."""
+    """True if a point lies on one of the branches, up to an exchange of equal bodies."""
     value = float(u[-1])
     return any(states.same(u, p.u) for b in branches if not b.dimension for p in points_at(states, b, value))
 
 
 def repeats(states: SteadyStates, branches: Sequence[EquilibriumBranch], other: EquilibriumBranch) -> bool:
-    """Whether a branch is none of its own: a point, or one of the known ones, on which points far from its special ones lie."""
+    """True if a branch is only a point, or coincides with a known one at points far from its special ones."""
     regular = np.flatnonzero([not kind for kind in other.kinds])
     if not len(regular) or other.length(states.equilibria.equations.scale) < _LENGTH:
         return True

@@ -1,9 +1,9 @@
 """Branches of states that form families: followed modulo the family.
 
 The states in which the bodies' unbalances compensate each other, S = 0, form a continuum where there are more bodies than the
-force polygon needs. The vibration is gone there, so that the drives' own torques alone decide the speed, whatever the member:
-sum tau_i(w, p) = 0 is followed. Some members may be stable and others not: many are looked at, and located are the points
-from which on some of them are stable, and from which on all. One member stands for the others where a state is shown; its
+force polygon needs. There is no vibration, so the drives' torques alone determine the speed, whatever the member:
+sum tau_i(w, p) = 0 is followed. Some members may be stable and others not: many are sampled, and the points are located
+from which on some of them are stable, and from which on all. One member represents the family where a state is shown; its
 exponents are those transverse to the family.
 """
 
@@ -35,7 +35,7 @@ from wucht.numerics.continuation.equilibria import Branch, Equilibria, Equilibri
 from wucht.numerics.zeros_and_peaks import first_where
 from wucht.system import System
 
-# Members of a family whose stability is computed; the first stands for all. Of 64 all may be stable where 1 of 500 is not.
+# Members of a family whose stability is computed; the first represents all. All of 64 may be stable where 1 of 500 is not.
 LOOKED_AT = 512
 _BISECTIONS = 50
 _EQUAL = 1e-12  # relative: unbalances that have not changed
@@ -44,30 +44,30 @@ _NEAR = 1e-6  # of the fastest speed: two branches of speeds that are one
 
 @dataclass(frozen=True)
 class _Members:
-    """phases (n, k) of some members, the first of which stands for all, and their transverse exponents (k, m)."""
+    """Sample of members: phases (n, k), the first representing the family, and their transverse exponents (k, m)."""
 
     phases: np.ndarray
     exponents: np.ndarray
 
     @cached_property
     def share(self) -> float:
-        """Of the members that are stable."""
+        """Fraction of the members that are stable."""
         return float((stability(self.exponents.T) == Stability.ALL).mean())
 
     @property
     def first(self) -> int:
-        """The member whose disturbances decay fastest."""
+        """Index of the member whose disturbances decay fastest."""
         return int(self.exponents[:, 0].real.argmin())
 
     @property
     def last(self) -> int:
-        """That in which one decays most slowly, or grows."""
+        """Index of the member in which a disturbance decays most slowly, or grows."""
         return int(self.exponents[:, 0].real.argmax())
 
 
 @dataclass(frozen=True)
 class _Sides:
-    """The sides of the force polygon: relative sizes and angles, by which they are told apart, and where they come from."""
+    """Sides of the force polygon: relative sizes and angles, by which they are compared, and their torques."""
 
     sizes: tuple[float, ...]
     torques: SteadyTorques = field(compare=False)
@@ -75,7 +75,7 @@ class _Sides:
 
 @lru_cache(maxsize=512)
 def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
-    """Phases (n, k) of members and the dimension; None where the unbalances cannot compensate, or only in isolated states."""
+    """Return phases (n, k) of members and the dimension; None where there is no state, or only isolated ones."""
     found = compensating(sides.torques)
     if not found or not found[0][1]:
         return None
@@ -85,13 +85,13 @@ def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
 
 @dataclass(frozen=True, eq=False)
 class FamilyCurve:
-    """The families of a machine along a parameter."""
+    """Families of states of a machine along a parameter."""
 
     slow: AveragedEquilibria
 
     @cached_property
     def equilibria(self) -> Equilibria:
-        """The common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
+        """Common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
         slow = self.slow
         torques, given = slow.at(slow.machine.values[slow.path]).torques, slow.averaged.equations.bodies.given
         rate = sp.Add(*torques.own) / float(torques.inertia.sum()) if given is None else given - SPEED
@@ -101,7 +101,7 @@ class FamilyCurve:
         return Equilibria(equations, slow.bounds, slow.equilibria.steps, {0: slow.limits})
 
     def branch(self, state: State, value: float) -> EquilibriumBranch:
-        """The branch of the family to which a state at a value belongs. Raises ``RunError`` where it cannot be followed."""
+        """Follow the branch of the family to which a state at a value belongs. Raises ``RunError`` where that is impossible."""
         branch = self.equilibria.branch(self.equilibria.start([state.speed], value))
         points, ends = self._closing(branch, value, state.speed)
         rows = list[tuple[np.ndarray, np.ndarray, str, float]]()
@@ -118,12 +118,12 @@ class FamilyCurve:
         )  # fmt: skip
 
     def same(self, branch: EquilibriumBranch, state: State, value: float) -> bool:
-        """Whether a family at a value belongs to a branch: its speed is that of the branch there."""
+        """True if a family at a value belongs to a branch: its speed is that of the branch there."""
         near = _NEAR * self.slow.fastest
         return branch.dimension == state.dimension and any(abs(w - state.speed) < near for w in self._speeds(branch, value))
 
     def _speeds(self, branch: EquilibriumBranch, value: float) -> list[float]:
-        """The common speeds with which a branch passes a value."""
+        """Return the common speeds with which a branch passes a value."""
         speeds = list[float]()
         for guess in branch.crossings(value):
             try:
@@ -133,8 +133,8 @@ class FamilyCurve:
         return speeds
 
     def at(self, branch: EquilibriumBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
-        """u (n+1,) and exponents (k,) of the member that stands for a family, where its branch passes a value, and the share of
-        members that are stable.
+        """Return u (n+1,) and exponents (k,) of the member that represents a family, where its branch passes a value, and the
+        share of members that are stable.
         """
         found = list[tuple[np.ndarray, np.ndarray, float]]()
         for speed in self._speeds(branch, value):
@@ -176,7 +176,7 @@ class FamilyCurve:
         return _Members(phases, self.slow.at(value).exponents(State(speed, phases[:, 0], dimension), phases))
 
     def _closing(self, branch: Branch, value: float, speed: float) -> tuple[list[Equilibrium], tuple[str, str]]:
-        """The points of a branch of speeds around a state, as far as the unbalances compensate each other."""
+        """Return the points of a branch of speeds around a state, as far as the unbalances compensate each other."""
         scale = self.equilibria.equations.scale
         points = list(branch.points)
         first = last = int(np.argmin([np.abs((p.u - [speed, value]) / scale).max() for p in points]))
@@ -202,7 +202,7 @@ class FamilyCurve:
         return self.equilibria.seen(self.equilibria.start(inside[:1], float(inside[1])))
 
     def _changes(self, a: Equilibrium, b: Equilibrium) -> list[tuple[float, float, _Members, str]]:
-        """Speed, value, members and kind of the points between two where some of them begin or cease to be stable, or all."""
+        """Return speed, value, members and kind of the points between two where some, or all, members change stability."""
         if a.kind or b.kind:
             return []
 

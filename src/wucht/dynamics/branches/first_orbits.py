@@ -1,4 +1,4 @@
-"""First orbits: a run at a value of the parameter until it repeats itself, or the Hopf points of steady states."""
+"""First orbits of branches: by a run at a value of the parameter until it repeats itself, or at Hopf points."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from wucht.numerics.recurrence import recurrence, rests
 from wucht.system import System
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
-_GROWS = 30.0  # so much longer the next run is at most: near a steady state rates tell nothing of the time that is needed
+_GROWS = 30.0  # largest ratio of a run to the one before: near a steady state rates do not indicate the time needed
 _RUNS = 12  # one after another, until the motion has settled
 _SAMPLES = 20_001  # of each of them, and of the orbit that Newton's method begins with
-_REPEATS = 4  # how often an orbit on which no angle turns is passed in a run, at least
-_LEAST_EXTENT = 1e-3  # relative to a state, and then absolute: what changes less does not count
-_PERIODS_AGREE = 0.05  # relative: of the run and of the orbit that Newton's method finds
+_REPEATS = 4  # least number of passages, in a run, of an orbit on which no angle turns
+_LEAST_EXTENT = 1e-3  # relative to a state, and then absolute: smaller changes do not count
+_PERIODS_AGREE = 0.05  # relative: of the run and of the orbit computed by Newton's method
 _SCALES = 5.0  # in how many parts of the range the parameter changes much
 _LONGEST = 20.0  # times the first period
 _STEPS = Steps(most=0.3, turn=0.3, corrections=4, tolerance=1e-8, points=1500)
@@ -39,10 +39,10 @@ _TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class SeedOrbit:
-    """An orbit from which a branch is followed.
+    """Orbit from which a branch is followed.
 
     states (K, n): at the nodes of its mesh. winding (n,). scale (n+1,): of states and parameter. towards: of all unknowns, the
-    direction in which the branch is followed, empty where both ways are. begun: where it is from. longest: the period up to
+    direction in which the branch is followed, empty for both ways. origin: of the orbit, as text. longest: the period up to
     which it is followed.
     """
 
@@ -58,7 +58,7 @@ class SeedOrbit:
 
     @classmethod
     def of(cls, cycles: Cycles, cycle: Cycle, begun: str, both_ways: bool) -> SeedOrbit:
-        """An orbit as one."""
+        """Return an orbit of a branch as a seed."""
         scale = np.delete(cycles.equations.scale, cycle.problem.n)
         towards = np.empty(0) if both_ways else cycle.point.tangent
         return cls(
@@ -69,7 +69,7 @@ class SeedOrbit:
 
 @dataclass(frozen=True)
 class SettlingRun:
-    """What a run at a value came to. orbit: None where it is none. sentence: what was found instead. rests: a steady state."""
+    """Result of a run at a value. orbit: None if it reaches none. sentence: what it reaches. is_steady: a steady state."""
 
     value: float
     orbit: SeedOrbit | None
@@ -78,7 +78,7 @@ class SettlingRun:
 
 
 def cycles_of(subject: OrbitProblem, winding: np.ndarray, scale: np.ndarray, longest: float) -> Cycles:
-    """The branches of a winding (n,). scale (n+1,): of states and parameter."""
+    """Return the branches of orbits with a winding (n,). scale (n+1,): of states and parameter."""
     system, path = subject.system, subject.path
     sizes = dict(zip((*system.state_names, path), scale.tolist(), strict=True))
     return Cycles.of(
@@ -88,7 +88,7 @@ def cycles_of(subject: OrbitProblem, winding: np.ndarray, scale: np.ndarray, lon
 
 
 def orbit_of_run(subject: OrbitProblem, value: float, until: float | None, longest: float | None, watch: Watch) -> SettlingRun:
-    """Run at a value from the subject's own start until the motion repeats itself. until: how long that may take."""
+    """Run at a value from the subject's start until the motion repeats itself. until: the longest time."""
     first = np.asarray(subject.initial(value), float)
     if until is None:
         return orbit_near(subject, value, first, watch, longest=longest)
@@ -96,7 +96,7 @@ def orbit_of_run(subject: OrbitProblem, value: float, until: float | None, longe
 
 
 def _times_of_change(system: System, parameters: Sequence[float]) -> Callable[[np.ndarray], float]:
-    """State (n,) -> some times the time in which states change as much as they are large."""
+    """Return a function: state (n,) -> a multiple of the time in which states change by their size."""
     rates = Evaluator.of_rates(system)
 
     def span(state: np.ndarray) -> float:
@@ -111,21 +111,21 @@ def orbit_near(
     subject: OrbitProblem, value: float, state: np.ndarray, watch: Watch,
     span: Callable[[np.ndarray], float] | None = None, longest: float | None = None, runs: int = _RUNS,
 ) -> SettlingRun:  # fmt: skip
-    """The orbit on which a run at a value of the parameter settles, or what becomes of it.
+    """Run at a value of the parameter until the motion settles on an orbit or in a steady state.
 
-    The run goes on, twice as long each time, until that is seen; where it repeats itself, Newton's method begins with one more
-    run over that period alone, seen as densely as its fast part asks.
+    The run is continued, twice as long each time, until that is clear; where it repeats itself, Newton's method begins with
+    one more run over that period alone, sampled as densely as its fast part needs.
 
     Parameters
     ----------
     state : ndarray, (n,)
-        From which it begins.
+        Start of the run.
     span : callable, optional
-        State -> the time for which it goes on from there at least; by default some times that in which states change.
+        State -> least duration of the run from there; by default a multiple of the time in which states change.
     longest : float, optional
         The period up to which the branch is to be followed; by default ``_LONGEST`` times that of the orbit.
     runs : int
-        How often it goes on at most.
+        Largest number of continuations.
     """
     at, done, last = f"at {subject.path} = {value:.6g}", 0.0, 0.0
     parameters = subject.parameters_at(value)
@@ -163,7 +163,7 @@ def orbit_near(
 def _first_cycles(
     subject: OrbitProblem, winding: np.ndarray, sizes: np.ndarray, period: float, longest: float | None
 ) -> Cycles:
-    """``cycles_of`` for a first orbit. sizes (n,): by how much states change when they change much."""
+    """Return ``cycles_of`` for a first orbit. sizes (n,): typical changes of the states."""
     scale = np.append(sizes, np.ptp(subject.bounds) / _SCALES)
     return cycles_of(subject, winding, scale, longest or _LONGEST * period)
 
@@ -171,9 +171,9 @@ def _first_cycles(
 def orbits_of_hopf_points(
     subject: OrbitProblem, branches: tuple[EquilibriumBranch, ...], sizes: np.ndarray, longest: float | None
 ) -> tuple[SeedOrbit | str, ...]:
-    """The first orbits at the Hopf points of steady states, or sentences why there is none.
+    """Return the first orbits at the Hopf points of steady states, or sentences why there is none.
 
-    sizes (n,): by how much states change when they change much.
+    sizes (n,): typical changes of the states.
     """
     found = list[SeedOrbit | str]()
     for branch in branches:

@@ -1,4 +1,4 @@
-"""Modulated motions and steady states at any values of a plane's parameters, and what runs from several starts come to."""
+"""Modulated motions and steady states at any values of a plane's parameters, and the motions that runs reach."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _STEPS = Steps(first=0.01, most=0.05, turn=0.1)
 _BEYOND = 0.3  # of a state's range: how far beyond it branches are followed
 _ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstable a run begins
 _LOWEST, _HIGHEST = 0.02, 1.15  # of the fastest speed of steady states: between these they are searched
-_RUNS = 6  # at each place: from the start that is given, and from others spread evenly over the states' ranges
+_RUNS = 6  # at each place: from the given start, and from others spread evenly over the states' ranges
 _BESIDE = 1e-3  # of the ranges of the starts
 _SAME = 1e-3  # relative: periods of one orbit
 
 
 @dataclass(frozen=True, eq=False)
 class ModulatedMotion:
-    """subject: the equations in which orbits are followed. whole: all equations, where the first are those of bodies that keep
-    together, else these. box: ranges (2, n) in which steady states are searched.
+    """Orbits and steady states of one problem. subject: the equations in which orbits are followed. whole: all equations, where
+    the first are those of bodies that keep together, else the same. box: ranges (2, n) in which steady states are searched.
     """
 
     subject: OrbitProblem
@@ -45,7 +45,7 @@ class ModulatedMotion:
     def of(
         cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings, states: SteadyStates
     ) -> ModulatedMotion:  # fmt: skip
-        """The motions of a machine, or of equations, with a parameter and the bounds within which orbits are followed along it.
+        """Set up the motions of a machine, or of user equations, along a parameter within bounds.
 
         states: the steady ones.
 
@@ -56,23 +56,23 @@ class ModulatedMotion:
         return cls(part, whole, _box(part, states))
 
     def refuse_idle(self, paths: Mapping[str, str]) -> None:
-        """Raises ``InputError`` at the key of a parameter on which the equations do not depend. paths: of those, by key."""
+        """Raise ``InputError`` at the key of a parameter on which the equations do not depend. paths: by key."""
         for key, path in paths.items():
             if path not in self.subject.system.parameter_names:
                 raise InputError(f"study.{key}", path, "not allowed: the averaged equations do not depend on it")
 
     @property
     def in_part(self) -> bool:
-        """Whether orbits are followed in a part of the equations, that of bodies that keep together."""
+        """True if orbits are followed in a part of the equations, that of bodies that keep together."""
         return self.subject.embedding is not None
 
     def at(self, values: Mapping[str, float]) -> ModulatedMotion:
-        """The same at other values."""
+        """Return the same motion at other parameter values."""
         subject, whole = (replace(p, values={**p.values, **values}) for p in (self.subject, self.whole))
         return replace(self, subject=subject, whole=whole)
 
     def lifted(self, seed: SeedOrbit) -> SeedOrbit:
-        """An orbit as one of all equations."""
+        """Return an orbit of the part as one of all equations."""
         if (e := self.subject.embedding) is None:
             return seed
         winding = np.rint(e @ seed.winding).astype(int)
@@ -80,7 +80,7 @@ class ModulatedMotion:
         return replace(seed, states=seed.states @ e.T, winding=winding, scale=scale)
 
     def starts(self, count: int) -> np.ndarray:
-        """States (count, n) of all equations, spread evenly over the ranges in which steady states are searched."""
+        """Return states (count, n) of all equations, spread evenly over the ranges in which steady states are searched."""
         from scipy.stats import qmc
 
         box = self.box
@@ -91,19 +91,19 @@ class ModulatedMotion:
         return np.asarray(box[0] + (box[1] - box[0]) * shares)
 
     def sizes(self, widths: Mapping[str, float]) -> dict[str, float]:
-        """By how much states and parameters change when they change much. widths: of the parameters' ranges."""
+        """Return typical changes of states and parameters, by name. widths: of the parameters' ranges."""
         names, turning = self.subject.system.state_names, self.subject.turning
         of_states = {n: 1.0 if t else float(w) for n, t, w in zip(names, turning, np.ptp(self.box, axis=0), strict=True)}
         return of_states | dict(widths)
 
     def equations(self, paths: Sequence[str], bounds: Sequence[Range]) -> Equations:
-        """Whose zeros are steady states, with some parameters that vary between bounds."""
+        """Return the equations whose zeros are steady states, with some parameters that vary between bounds."""
         sizes = self.sizes({path: high - low for path, (low, high) in zip(paths, bounds, strict=True)})
         return Equations.of(self.subject.system, paths, self.subject.fixed_beside(*paths), sizes)
 
     @cached_property
     def equilibria(self) -> Equilibria:
-        """Along the parameter."""
+        """Continuation problem of the steady states along the parameter."""
         s = self.subject
         equations = self.equations([s.path], [s.bounds])
         low, high = self.box
@@ -112,7 +112,7 @@ class ModulatedMotion:
         return Equilibria(equations, s.bounds, _STEPS, limits)
 
     def steady(self) -> tuple[Branch, ...]:
-        """The branches of steady states along the parameter."""
+        """Follow the branches of steady states along the parameter."""
         low, high = self.subject.bounds
         decades = 0 < _DECADE * low < high
         values = [low * (high / low) ** share if decades else low + share * (high - low) for share in _SEARCHED]
@@ -120,7 +120,7 @@ class ModulatedMotion:
 
 
 def _box(problem: OrbitProblem, states: SteadyStates) -> np.ndarray:
-    """Ranges (2, n) of the states."""
+    """Return ranges (2, n) of the states."""
     if isinstance(states, SystemEquilibria):
         return np.array([states.ranges[n] for n in states.names]).T
     speeds = (_LOWEST * states.size_of_shown, _HIGHEST * states.size_of_shown)
@@ -129,9 +129,9 @@ def _box(problem: OrbitProblem, states: SteadyStates) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LostState:
-    """Where a stable steady state is gone, with another one that it meets (a fold), or unstable from there on (a Hopf point).
+    """Point at which a stable steady state vanishes with another one (a fold), or becomes unstable (a Hopf point).
 
-    way: that of the parameter there. state: from which a run begins beyond it. fastest: of its eigenvalues, per unit of time.
+    way: sign of the parameter's change there. state: start of a run beyond it. fastest: of its eigenvalues, per unit of time.
     """
 
     value: float
@@ -141,12 +141,12 @@ class LostState:
 
     @classmethod
     def of(cls, point: Equilibrium, state: np.ndarray, grows: bool) -> LostState:
-        """A point of a branch. grows: whether the parameter does on the way on which the state is lost."""
+        """Return the loss at a point of a branch. grows: True if the parameter grows on the way on which the state is lost."""
         return cls(point.parameter, state, 1 if grows else -1, float(np.abs(point.eigenvalues).max()))
 
 
 def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
-    """The folds and Hopf points of stable states, those first that are passed as the parameter grows."""
+    """Return the folds and Hopf points of stable states, those first that are passed as the parameter grows."""
     found = list[LostState]()
     for branch in branches:
         aside = _ASIDE * branch.equations.scale[:-1]
@@ -163,7 +163,7 @@ def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
 
 
 def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostState:
-    """The fold that a saddle's branch has nearest to a value of the parameter. Raises ``RunError`` where it has none."""
+    """Return the fold of a saddle's branch nearest to a value of the parameter. Raises ``RunError`` where it has none."""
     branch = motion.equilibria.branch(motion.equilibria.start(x, value))
     folds = [p for p in branch.special if p.kind == FOLD]
     if not folds:
@@ -174,9 +174,9 @@ def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostSt
 
 @dataclass(frozen=True)
 class ReachedMotions:
-    """Of the runs at a place (x, y): how many there were, and how many came to rest in a steady state.
+    """Results of the runs at a place (x, y). runs: their number. steady: number that settled in a steady state.
 
-    orbits: those on which others settled, each once. unsettled: how many did neither.
+    orbits: those on which runs settled, each once. unsettled_runs: number that did neither.
     """
 
     x: float
@@ -190,13 +190,13 @@ class ReachedMotions:
 def reached_motions(
     motion: ModulatedMotion, values: Sequence[float], second: float, watch: Watch
 ) -> tuple[ReachedMotions, ...]:
-    """What runs come to at values of the first parameter. motion: at the value of the second one."""
+    """Return the motions that runs reach at values of the first parameter. motion: at the value of the second one."""
     spread = motion.starts(_RUNS - 1)
     return tuple(_reached(motion.whole, spread, value, second, watch) for value in values)
 
 
 def _reached(subject: OrbitProblem, spread: np.ndarray, value: float, second: float, watch: Watch) -> ReachedMotions:
-    beside = _BESIDE * np.ptp(spread, axis=0)  # the start that is given may be an unstable steady state
+    beside = _BESIDE * np.ptp(spread, axis=0)  # the given start may be an unstable steady state
     starts = [np.asarray(subject.initial(value), float) + beside, *spread]
     steady, unsettled, orbits = 0, 0, list[SeedOrbit]()
     for start in starts:
@@ -208,5 +208,5 @@ def _reached(subject: OrbitProblem, spread: np.ndarray, value: float, second: fl
 
 
 def alike(a: SeedOrbit, b: SeedOrbit) -> bool:
-    """Whether two orbits at one place are one: of the same winding and period."""
+    """True if two orbits at one place are the same: of equal winding and period."""
     return bool((a.winding == b.winding).all()) and abs(a.period - b.period) <= _SAME * b.period

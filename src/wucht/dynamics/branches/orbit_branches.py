@@ -1,4 +1,4 @@
-"""Branches of orbits: followed each way from their first orbit, with what is stored of each."""
+"""Branches of orbits: followed each way from their first orbit, and the data that are stored of each orbit."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from wucht.numerics.periodic.cycle_starts import doubled, switched
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.zeros_and_peaks import at_passages
 
-Watch = Callable[[float], None]  # the value that is reached
+Watch = Callable[[float], None]  # the parameter's value so far
 
-_KEPT_EVERY, _KEPT_GROWTH = 0.02, 1.1  # of the range; of the period: how far apart the orbits are that are kept whole
+_KEPT_EVERY, _KEPT_GROWTH = 0.02, 1.1  # of the range; of the period: distance between orbits that are stored whole
 _LAST = 3  # orbits by which the end is judged
-_SAME = 1e-2  # relative: an orbit that lies on a branch, by period and range of what is drawn between neighbours
+_SAME = 1e-2  # relative: an orbit that lies on a branch, by period and range of the ordinate between neighbours
 _MIRRORED = 1e-6  # relative: two orbits beside a branch point that are mirror images
 
 
 @dataclass(frozen=True)
 class StoredOrbit:
-    """An orbit as it can be found again: see ``SeedOrbit``. kind: of a special one."""
+    """Orbit as stored, to be recomputed: see ``SeedOrbit``. kind: of a special one."""
 
     mesh: Mesh
     states: np.ndarray
@@ -41,11 +41,11 @@ class StoredOrbit:
 class HalfBranch:
     """Orbits in order, from the first on.
 
-    values, periods, mean, low, high (of what is drawn), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu as
-    the collocation has them. trusted (N,): whether these are right. product_error (N,): by how much their sum is wrong.
-    unstable (N,): how many disturbances grow. kinds: "" or that of a special orbit. hidden: of an unresolved one, what it may
-    be and where, else None. kept: some of them whole. end: how it ends. offshoots: first orbits of other branches, or sentences
-    why there is none.
+    values, periods, mean, low, high (of the ordinate), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu by
+    collocation. is_trusted (N,): True where these are accurate. product_error (N,): error of their sum.
+    unstable (N,): number of growing disturbances. kinds: "" or that of a special orbit. hidden_points: of an unresolved one,
+    its possible kind and place, else None. stored_orbits: some of the orbits, whole. end: of the branch. offshoots: first
+    orbits of other branches, or sentences why there is none.
     """
 
     values: np.ndarray
@@ -67,13 +67,13 @@ class HalfBranch:
 
     @property
     def stable(self) -> np.ndarray:
-        """Whether all disturbances decay (N,), but for those that neither grow nor decay on a special orbit."""
+        """True where all disturbances decay (N,), except for those that neither grow nor decay on a special orbit."""
         return np.asarray(self.unstable == 0)
 
 
 @dataclass(frozen=True)
 class PeriodicBranch:
-    """A branch: backward and onward from its first orbit; backward is None where it begins there, or is closed."""
+    """Branch: backward and onward from its first orbit; backward is None where it begins there, or is closed."""
 
     seed: SeedOrbit
     backward: HalfBranch | None
@@ -81,11 +81,11 @@ class PeriodicBranch:
 
     @property
     def parts(self) -> tuple[HalfBranch, ...]:
-        """Those there are, in order."""
+        """Existing halves, in order."""
         return (self.onward,) if self.backward is None else (self.backward, self.onward)
 
     def joined(self, name: str) -> np.ndarray:
-        """An array (..., N) over the whole branch, the backward part turned round and the first orbit once."""
+        """Return an array (..., N) over the whole branch, the backward part reversed and the first orbit once."""
         onward = getattr(self.onward, name)
         if self.backward is None:
             return np.asarray(onward)
@@ -93,26 +93,26 @@ class PeriodicBranch:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Of all orbits."""
+        """Kinds of all orbits."""
         return (() if self.backward is None else self.backward.kinds[:0:-1]) + self.onward.kinds
 
     @property
     def hidden(self) -> tuple[Hidden | None, ...]:
-        """Of all orbits."""
+        """Unlocated special points of all orbits."""
         return (() if self.backward is None else self.backward.hidden[:0:-1]) + self.onward.hidden
 
     @property
     def kept(self) -> tuple[StoredOrbit, ...]:
-        """In order."""
+        """Stored orbits, in order."""
         return (() if self.backward is None else self.backward.kept[:0:-1]) + self.onward.kept
 
     def passes(self, value: float, period: float) -> bool:
-        """Whether it has an orbit of a period, between neighbours, at a value of the parameter."""
+        """True if it has an orbit of a period, between neighbours, at a value of the parameter."""
         _, there = at_passages(self.joined("values"), value, self.joined("periods"))
         return bool((np.abs(there / period - 1) < _SAME).any())
 
     def repeated_by(self, other: PeriodicBranch) -> bool:
-        """Whether another branch is this one, from another of its special points: its orbits in the middle lie on this one."""
+        """True if another branch is this one, started at another special point: its middle orbits lie on this one."""
         values, periods = other.joined("values"), other.joined("periods")
         low, high, other_low, other_high = self.joined("low"), self.joined("high"), other.joined("low"), other.joined("high")
         k = len(values) // 2
@@ -124,7 +124,7 @@ class PeriodicBranch:
 
 
 def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, watch: Watch) -> HalfBranch:
-    """The branch from a first orbit on, or backwards. Raises ``RunError`` where the first orbit is not found again."""
+    """Follow the branch from a first orbit on, or backwards. Raises ``RunError`` where that orbit cannot be recomputed."""
     cycles, start = cycles_through(subject, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
     numbers, kept, offshoots, last = [_numbers(subject, start)], [stored_orbit(start)], list[SeedOrbit | str](), [start]
@@ -156,7 +156,7 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
 
 
 def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycle]:
-    """The branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
+    """Return the branches of an orbit's winding, and the orbit as the first of its branch. Raises ``RunError``."""
     cycles = cycles_of(problem, seed.winding, seed.scale, seed.longest)
     u = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
     on_mesh = cycles.problem(seed.mesh, seed.period)
@@ -170,8 +170,8 @@ def cycles_through(problem: OrbitProblem, seed: SeedOrbit) -> tuple[Cycles, Cycl
 
 
 def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:
-    """Value, period, mean and range of what is drawn, range of the amplitude, whether multipliers are known, the error of their
-    product, how many lie outside the unit circle."""
+    """Return value, period, mean and range of the ordinate, range of the amplitude, whether multipliers are known, the error of
+    their product, and the number outside the unit circle."""
     shown, amplitude = subject.observables(cycle.states, cycle.parameter)
     mean = cycle.integral(shown) / cycle.period
     low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (shown, amplitude) for side in (-1, 1))
@@ -180,7 +180,7 @@ def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:
 
 
 def peak(times: np.ndarray, values: np.ndarray) -> float:
-    """The highest value (K,) of a smooth periodic curve, between its samples too: a parabola through the three highest."""
+    """Return the highest value of a smooth periodic curve (K,), by a parabola through the highest sample and its neighbours."""
     if np.isnan(values).any():
         return math.nan
     k = int(values.argmax())
@@ -197,12 +197,12 @@ def peak(times: np.ndarray, values: np.ndarray) -> float:
 
 
 def stored_orbit(cycle: Cycle) -> StoredOrbit:
-    """An orbit as it is kept."""
+    """Return the stored form of an orbit."""
     return StoredOrbit(cycle.problem.mesh, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
 
 
 def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit | str]:
-    """The first orbits of other branches at a special one, of mirror images one; or a sentence why there is none."""
+    """Return the first orbits of other branches at a special one, one of mirror images; or a sentence why there is none."""
     where = f"the {at.kind.replace('-', ' ')} at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
     sides: Sequence[tuple[Cycles, Cycle]] = ()
     try:

@@ -31,20 +31,20 @@ from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logari
 
 MOST_BRANCHES = 20
 _REPORTED = 10  # along each branch, by default
-_TRIED = (0.5, 0.25, 0.75, 0.1, 0.9)  # of the range: where a first orbit is looked for
+_TRIED = (0.5, 0.25, 0.75, 0.1, 0.9)  # of the range: where runs search a first orbit
 _SEARCHED = 3  # values at which steady states are searched, besides the ends of the range
-_STEADY, _FIRST, _BRANCHES = 0.15, 0.25, 0.8  # shares of the work, by which these are done
-_PLACES = 400  # at which an orbit is drawn
-_STEPS_THERE = 100  # from an orbit that was kept
-_FINE = 6000  # at which its extremes are looked for
+_STEADY, _FIRST, _BRANCHES = 0.15, 0.25, 0.8  # shares of the work at which these are done
+_PLACES = 400  # of a period, at which an orbit is drawn
+_STEPS_THERE = 100  # from a stored orbit
+_FINE = 6000  # of a period, at which its extremes are searched
 
 
 @dataclass(frozen=True, eq=False)
 class OrbitCase:
-    """What is searched and followed.
+    """Definition of an orbit diagram.
 
-    at: values at which a run looks for a first orbit; None: at some, until there is one. values: of orbits that are reported,
-    None: evenly along each branch. steady: the steady states; without: why there are none.
+    run_values: where runs search a first orbit; None: at several values, until there is one. values: of orbits that are
+    reported, None: evenly along each branch. steady: the steady states; no_steady_reason: why there are none.
     """
 
     problem: OrbitProblem
@@ -59,7 +59,7 @@ class OrbitCase:
         cls, subject: Machine | OwnEquations, path: str, bounds: tuple[float, float], settings: OrbitSettings,
         at: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None,
     ) -> OrbitCase:  # fmt: skip
-        """The orbits of a machine, or of equations, over the parameter of a path.
+        """Set up the orbits of a machine, or of user equations, over the parameter of a path.
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
@@ -69,7 +69,7 @@ class OrbitCase:
 
 
 def _steady(subject: Machine | OwnEquations, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
-    """The branches of steady states, or why they are not searched."""
+    """Return the case of the steady states, or why they are not searched."""
     if not isinstance(subject, Machine) and settings.ranges is None:
         return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
     only = ("together",) if settings.together else None
@@ -84,10 +84,10 @@ def _steady(subject: Machine | OwnEquations, problem: OrbitProblem, settings: Or
 
 @dataclass(frozen=True)
 class OrbitFindings:
-    """So far.
+    """Results so far.
 
-    steady: branches of steady states. tried: runs. reported: orbits, with the number of their branch. lost: sentences on what
-    was not found. complete: nothing is left to do.
+    steady: branches of steady states. runs: that searched a first orbit. orbits: reported ones, with the number of their
+    branch. omissions: sentences on what is missing. complete: nothing is left to do.
     """
 
     steady: tuple[EquilibriumBranch, ...] = ()
@@ -102,7 +102,7 @@ Stage = Generator[OrbitFindings, None, OrbitFindings]
 
 
 def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
-    """Search and follow; the findings after each step."""
+    """Search first orbits and follow their branches; yield the findings after each step."""
     findings = OrbitFindings()
     if case.steady is not None:
         for steady in follow_branches(case.steady, work.part("steady", 0.0, _STEADY)):
@@ -115,7 +115,7 @@ def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
 
 
 def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
-    """First orbits, each of which that is on no known branch is followed at once."""
+    """Search first orbits, and follow at once each that lies on no known branch."""
     settings, problem = case.settings, case.problem
     at = case.at or tuple(float(problem.bounds[0] + share * np.ptp(problem.bounds)) for share in _TRIED)
     for i, value in enumerate(at):
@@ -140,7 +140,7 @@ def _first(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
 
 
 def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: Work) -> Stage:
-    """The branch through an orbit, and, where other branches are followed, those that cross it."""
+    """Follow the branch through an orbit, and, where other branches are followed, those that cross it."""
     pending = [first]
     while pending and len(findings.branches) < MOST_BRANCHES:
         seed, k = pending.pop(0), len(findings.branches)
@@ -171,7 +171,7 @@ def _followed(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, work: 
 
 
 def _split(findings: OrbitFindings, seeds: Sequence[SeedOrbit | str]) -> tuple[OrbitFindings, list[SeedOrbit]]:
-    """The orbits among some, and the findings with the sentences on those that are not there."""
+    """Return the findings with the sentences on missing orbits, and the orbits that exist."""
     lost = [one for one in seeds if isinstance(one, str)]
     return replace(findings, lost=(*findings.lost, *lost)), [one for one in seeds if not isinstance(one, str)]
 
@@ -188,7 +188,7 @@ def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> 
 
 
 def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
-    """The orbits at the values that are given, and at special points."""
+    """Compute the orbits at the given values, and at special points."""
     wanted = [(k, *each) for k, b in enumerate(findings.branches) for each in _wanted(case, b)]
     for i, (k, value, beside) in enumerate(wanted):
         work.report(_BRANCHES + (1 - _BRANCHES) * i / len(wanted), f"exponents at {case.problem.path} = {value:.6g}")
@@ -202,7 +202,7 @@ def _reported(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
 
 
 def _wanted(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[float, tuple[StoredOrbit, ...]]]:
-    """Values, and the orbits beside them."""
+    """Return values, and the stored orbits beside them."""
     values = branch.joined("values")
     inside = np.linspace(values.min(), values.max(), _REPORTED + 1)[:-1] + np.ptp(values) / (2 * _REPORTED)
     given = case.values if case.values is not None else tuple(inside.tolist())
@@ -213,11 +213,11 @@ def _wanted(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[float, tuple[
 
 @dataclass(frozen=True)
 class ReportedOrbit:
-    """An orbit.
+    """Orbit as reported.
 
-    shown, amplitude (P,): over a period, at even times; turned (P,): the rotor's angle by then, not numbers of a system.
-    period_phi: the rotor's angle in a period. low, high: of what is drawn, least, largest: of the amplitude. exponents (n-1,):
-    per unit of time, without the trivial one, the largest first. along: ln mu of the trivial one, as it was found. kind: of a
+    ordinate, amplitude (P,): over a period, at even times; rotor_angle (P,): by then, nan for user equations.
+    period_phi: the rotor's angle in a period. low, high: of the ordinate, least, largest: of the amplitude. exponents (n-1,):
+    per unit of time, without the trivial one, the largest first. along: ln mu of the trivial one, as computed. kind: of a
     special orbit.
     """
 
@@ -237,7 +237,7 @@ class ReportedOrbit:
 
 
 def near(kept: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, ...]]:
-    """Of each passage of a branch through a value the orbits beside it, the nearest first."""
+    """Return, for each passage of a branch through a value, the orbits beside it, the nearest first."""
     values = np.array([k.value for k in kept])
     passed = np.flatnonzero((values[:-1] - value) * (values[1:] - value) < 0).tolist()
     beside = [sorted((kept[i], kept[i + 1]), key=lambda k: abs(k.value - value)) for i in passed]
@@ -245,7 +245,7 @@ def near(kept: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, .
 
 
 def reported(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit:
-    """The orbit at a value beside some that were kept. Raises ``RunError`` where it is not found."""
+    """Compute the orbit at a value from stored ones beside it. Raises ``RunError`` where that fails."""
     cycles = cycles_of(subject, seed.winding, seed.scale, 2 * seed.longest)
     # At a special orbit the equations are singular, and it was located as well as it can be.
     found = beside[0] if beside[0].kind else stored_orbit(_at(cycles, beside, value))
@@ -265,7 +265,7 @@ def reported(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbi
 
 
 def _at(cycles: Cycles, beside: Sequence[StoredOrbit], value: float) -> Cycle:
-    """The orbit at a value: by Newton's method from one that was kept, else by following the branch from there.
+    """Compute the orbit at a value by Newton's method from a stored one, else by following the branch from there.
 
     Raises ``RunError``.
     """
@@ -292,7 +292,7 @@ def _by_branch(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
 
 
 def _exponents(subject: OrbitProblem, orbit: StoredOrbit, value: float) -> tuple[np.ndarray, float]:
-    """Per unit of time, the largest first, and ln mu of the trivial multiplier."""
+    """Return the exponents per unit of time, the largest first, and ln mu of the trivial multiplier."""
     parameters = {**subject.values, subject.path: value}
     at_edges = orbit.states[:: orbit.mesh.degree].T
     maps, flow = integrated_maps(subject.system, parameters, orbit.mesh.edges * orbit.period, at_edges)

@@ -1,8 +1,8 @@
-"""How the modulated motion ends as a parameter changes, at one place of the plane of two others: followed to its end.
+"""End of the modulated motion as a parameter changes, at one place of the plane of two others: the branch is followed to it.
 
-Where its period grows, it is looked at what the orbit comes to where it is slowest. A saddle: the connection that Newton's
-method finds from the orbit is its end. A fold ahead of it, where steady states will appear: the period has to grow as
-1/sqrt|p - p*| towards that very value.
+Where the period grows, the orbit is examined at its slowest place. At a saddle, the branch ends at the connection to which
+Newton's method converges from the orbit. At a fold ahead, where steady states will appear, the period has to grow as
+1/sqrt|p - p*| towards that value.
 """
 
 from __future__ import annotations
@@ -34,31 +34,31 @@ from wucht.numerics.periodic.saddle_connections import Connections
 from wucht.numerics.recurrence import rests
 
 NONE = "none"
-_JUST_BEYOND = (0.01, 0.002)  # of the range: how far beyond a fold a run looks for the orbit
+_JUST_BEYOND = (0.01, 0.002)  # of the range: distance beyond a fold at which a run searches the orbit
 _LONGEST = 8.0  # times the least period of the branch
 _GROWN, _LATER = (
     2.5,
     1.25,
-)  # times the least period, when an end is looked for first; by what factor it has grown until the next
+)  # times the least period, when an end is first searched; factor of growth until the next search
 _NEAR = 0.02  # of the range: how far ahead the end is, at most
 _BESIDE = 0.2  # of the orbit's size: how far the fold lies from the orbit's slowest place, at most
 _STEPS = Steps(most=0.05, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)  # so short that the curves look smooth
-_SLOW, _PLACES = 0.3, 4  # of the largest speed; how many places are looked at
-_STILL, _MOST_STILL = 1e-10, 8  # the parameter stays, in terms of its range, and the period grows: how often
-_LONG = 4.0  # times the least period: shorter orbits do not tell a saddle-node from a saddle that will come out of it
+_SLOW, _PLACES = 0.3, 4  # of the largest speed; number of places that are examined
+_STILL, _MOST_STILL = 1e-10, 8  # the parameter stays, in terms of its range, while the period grows: number of steps
+_LONG = 4.0  # times the least period: shorter orbits do not distinguish a saddle-node from a saddle that emerges from it
 _FIRST_SPAN = 50.0  # of a run: times of the fastest decay
-_PERIODS, _SAMPLES, _TOLERANCE = 20.0, 4000, 1e-10  # of a run beyond that: how long, and how often it is looked at
+_PERIODS, _SAMPLES, _TOLERANCE = 20.0, 4000, 1e-10  # of a run beyond that: duration, and number of samples
 _DECAYED = 5.0  # by exp(-5) a deviation decays beyond both ends of the orbit from which a connection begins
-_PAST = 1e-4  # of the range: so far beyond a fold it is looked whether the orbit is still there
-_LAW, _LOOSE = 0.02, 0.2  # relative: how constant T sqrt|p - p*| is, and at least where the period is as long as is followed
+_PAST = 1e-4  # of the range: distance beyond a fold at which the orbit is tested for survival
+_LAW, _LOOSE = 0.02, 0.2  # relative: largest change of T sqrt|p - p*|; the same where the longest followed period is reached
 
 
 @dataclass(frozen=True)
 class OrbitEnd:
-    """How a branch of orbits ends.
+    """End of a branch of orbits.
 
-    kind: ``"none"`` where no motion was found. value: of the parameter. sentence: how, or why there is none. last: the last
-    orbit. equilibrium (n,): that it comes to, empty where there is none.
+    kind: ``"none"`` where there is no motion. value: of the parameter. sentence: how it ends, or why there is none. last: the
+    last orbit. equilibrium (n,): that it approaches, empty where there is none.
     """
 
     kind: str
@@ -70,7 +70,7 @@ class OrbitEnd:
 
 @dataclass(frozen=True)
 class OrbitEnding:
-    """How the motion at a place (x, y) of the plane ends. begins: where, in the parameter that changes."""
+    """End of the motion at a place (x, y) of the plane. begins: its first value of the parameter that changes."""
 
     x: float
     y: float
@@ -79,15 +79,15 @@ class OrbitEnding:
 
     @property
     def kind(self) -> str:
-        """Of the end."""
+        """Kind of the end."""
         return self.end.kind
 
 
 def ending_at(motion: ModulatedMotion, place: tuple[float, float], watch: Watch) -> OrbitEnding:
-    """What becomes of a machine whose stable steady state is lost as the parameter changes: a motion, and how that ends.
+    """Return the motion after a stable steady state is lost as the parameter changes, and how that motion ends.
 
     motion: at the place, with the parameter that changes. Beyond each fold of stable states a run begins where they
-    have vanished; what it settles on, if that repeats itself, is followed on in the same sense.
+    have vanished; the orbit on which it settles is followed on in the same sense.
     """
     (low, high), path = motion.subject.bounds, motion.subject.path
     lost = [f for f in lost_states(motion.steady()) if low < f.value < high]
@@ -106,7 +106,7 @@ def ending_at(motion: ModulatedMotion, place: tuple[float, float], watch: Watch)
 
 
 def born_at(motion: ModulatedMotion, fold: LostState, sentences: list[str], watch: Watch) -> SeedOrbit | None:
-    """The orbit that a run from a lost state comes to just beyond it; else a sentence is added what it comes to."""
+    """Return the orbit that a run reaches just beyond a lost state; else add a sentence on what the run reaches."""
     (low, high), span = motion.subject.bounds, _FIRST_SPAN / fold.fastest
     for share in _JUST_BEYOND:
         value = fold.value + fold.way * share * (high - low)
@@ -120,7 +120,7 @@ def born_at(motion: ModulatedMotion, fold: LostState, sentences: list[str], watc
 
 
 def followed_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, watch: Watch) -> OrbitEnd:
-    """The end of the branch through an orbit, for growing values of the parameter (way 1) or the other way."""
+    """Follow the branch through an orbit to its end, for growing values of the parameter (way 1) or the other way."""
     cycles, start = cycles_through(motion.subject, seed)
     path, size = motion.subject.path, motion.subject.width
 
@@ -178,7 +178,7 @@ def followed_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, watch: W
 
 
 def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
-    """The states (n,) where an orbit is slow, the slowest first."""
+    """Return the states (n,) where an orbit is slow, the slowest first."""
     states, n = cycle.states[:, :-1], cycle.problem.n
     given = np.concatenate([states, np.tile([[1.0], [cycle.parameter]], states.shape[1])])
     speed = np.linalg.norm(cycles.equations.values(given)[0] / cycles.equations.scale[:n, None], axis=0)
@@ -187,7 +187,7 @@ def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
 
 
 def _survives(motion: ModulatedMotion, cycle: Cycle, place: np.ndarray, value: float) -> bool:
-    """Whether the motion goes on just beyond a fold that the orbit seemed to come to: beside the states that appear there."""
+    """True if the motion persists just beyond a fold that the orbit seemed to approach, beside the states that appear there."""
     s = motion.subject
     if not s.bounds[0] < value < s.bounds[1]:
         return False
@@ -199,7 +199,7 @@ def _survives(motion: ModulatedMotion, cycle: Cycle, place: np.ndarray, value: f
 
 
 def enough(period: float, eigenvalues: np.ndarray) -> float:
-    """The time in which a connection comes near to its saddle at both ends."""
+    """Return the time in which a connection comes near to its saddle at both ends."""
     first, second = np.sort(eigenvalues.real)[::-1][:2].tolist()
     return float(period + _DECAYED * (1 / first - 1 / second))
 
@@ -208,10 +208,10 @@ def connections_of(
     motion: ModulatedMotion, paths: tuple[str, ...], bounds: tuple[tuple[float, float], ...], time: float, winding: np.ndarray,
     folds: tuple[bool, ...] = (False,),
 ) -> Connections:  # fmt: skip
-    """Connections over some parameters, with the sizes of the map."""
+    """Return connections over some parameters, with the scales of the map."""
     s = motion.subject
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
-    # The time is kept: where the curve ends at a saddle-node, so does its orbit, which takes up from there.
+    # The time is fixed: where the curve ends at a saddle-node, so does its orbit, from which the next curve begins.
     return Connections.of(
         s.system, paths, s.fixed_beside(*paths), bounds, time,
         folds=folds, winding=s.turns(winding), scale=motion.sizes(widths), steps=_STEPS, longest=time,
@@ -221,9 +221,9 @@ def connections_of(
 def connections_at(
     motion: ModulatedMotion, path: str, bounds: Range, end: OrbitEnd, value: float
 ) -> tuple[Connections, Connection]:
-    """Connections over a second parameter too, and the one at the end of a branch. Raises ``RunError``.
+    """Return connections over a second parameter too, and the one at the end of a branch. Raises ``RunError``.
 
-    path, bounds: of the second parameter. value: that it has there.
+    path, bounds: of the second parameter. value: of it there.
     """
     if end.last is None or not len(end.equilibrium):
         raise RunError("the orbit's end is not known well enough to begin with")
@@ -237,7 +237,7 @@ def connections_at(
 def _connection(
     motion: ModulatedMotion, cycles: Cycles, cycle: Cycle, slow: np.ndarray, stays: bool
 ) -> tuple[float, np.ndarray] | None:
-    """The value at which an orbit becomes a connection of the saddle that it passes, and that saddle."""
+    """Return the value at which an orbit becomes a connection of the saddle that it passes, and that saddle."""
     path, (low, high) = motion.subject.path, motion.subject.bounds
     try:
         saddle = motion.equilibria.seen(motion.equilibria.start(slow, cycle.parameter))
@@ -251,7 +251,7 @@ def _connection(
         connections = connections_of(motion, (path,), (around,), enough(cycle.period, saddle.eigenvalues), cycles.winding)
         found = of_cycle(connections, cycle, saddle.x, np.array([cycle.parameter]))
     except RunError:
-        # A parameter that stays as the period grows is known, whatever the connection's equations have to say.
+        # A parameter that stays as the period grows is known, even if the connection cannot be computed.
         return (cycle.parameter, saddle.x) if stays else None
     value, x = float(found.parameters[0]), found.equilibria[0]
     near = abs(value - cycle.parameter) < _NEAR * (high - low)
@@ -259,7 +259,7 @@ def _connection(
 
 
 def _ahead(motion: ModulatedMotion, cycle: Cycle, slow: np.ndarray, way: int) -> tuple[np.ndarray, float] | None:
-    """The fold of steady states ahead of an orbit, where that is slowest."""
+    """Return the fold of steady states ahead of an orbit, where that is slowest."""
     try:
         x, (value,) = fold_at(motion.equilibria.equations, slow, np.array([cycle.parameter]))
     except RunError:

@@ -1,4 +1,4 @@
-"""The equations whose orbits are followed, and what is drawn of a state: of a machine, or of a user's equations."""
+"""The equations whose orbits are followed, of a machine or of user equations, and the ordinate that is drawn of a state."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from wucht.system import System
 
 @dataclass(frozen=True)
 class OrbitSettings:
-    """Which equations, what is drawn, and how far orbits are followed.
+    """Settings of the equations, of the ordinate, and of how far orbits are followed.
 
-    start: the state from which a run looks for a first orbit, until a time at most. longest: the period up to which a branch is
-    followed; None: some times that of its first orbit. switch: whether other branches are followed from branch points and
-    period doublings. together: equal balancing bodies keep equal phases. show: the state of equations that is drawn; ranges: of
-    their states, in which equilibria are searched. inertia: of a machine's balancing bodies.
+    start: the state from which a run searches a first orbit; until: its longest time. longest: the period up to which a branch
+    is followed; None: a multiple of that of its first orbit. switch: True to follow other branches from branch points and
+    period doublings. together: equal balancing bodies keep equal phases. show: the state of user equations that is drawn;
+    ranges: of their states, in which equilibria are searched. inertia: of a machine's balancing bodies.
     """
 
     start: Mapping[str, Any] = field(default_factory=dict)
@@ -43,12 +43,12 @@ class OrbitSettings:
 
 @dataclass(frozen=True, eq=False)
 class OrbitProblem:
-    """Equations and what is drawn of their states.
+    """Equations of orbits and the observables of their states.
 
     system: without outputs. values: of its parameters. path, bounds: of the one over which orbits are followed. initial: its
-    value -> state (n,) to run from. observables: states (n, K) and its value -> what is drawn and the amplitude (2, K), the
-    latter not a number where there is none. words: how they are written.
-    embedding: (n_whole, n), where these are kept together, the states of all averaged equations from these.
+    value -> state (n,) to run from. observables: states (n, K) and its value -> the ordinate and the amplitude (2, K), the
+    latter nan where there is none. labels: their names and units.
+    embedding: (n_whole, n), where bodies are kept together, the states of all averaged equations from these.
     """
 
     system: System
@@ -62,9 +62,10 @@ class OrbitProblem:
 
     @classmethod
     def of(cls, subject: Machine | OwnEquations, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
-        """The equations along a parameter.
+        """Set up the equations along a parameter.
 
-        Raises ``InputError`` where a machine has no averaged equations, where a user's depend on time, or a key does not fit.
+        Raises ``InputError`` where a machine has no averaged equations, where user equations depend on time, or a key does not
+        fit.
         """
         if isinstance(subject, Machine):
             return _of_machine(settings, subject, path, bounds)
@@ -72,29 +73,29 @@ class OrbitProblem:
 
     @property
     def rotor(self) -> bool:
-        """Whether the main rotor's speed is drawn."""
+        """True if the main rotor's speed is drawn."""
         return self.words.state is None
 
     @property
     def turning(self) -> np.ndarray:
-        """Which states are angles (n,)."""
+        """Mask of the states that are angles (n,)."""
         return np.array([s in self.system.angles for s in self.system.states])
 
     @property
     def width(self) -> float:
-        """Of the parameter's range."""
+        """Width of the parameter's range."""
         return self.bounds[1] - self.bounds[0]
 
     def parameters_at(self, value: float) -> tuple[float, ...]:
-        """The values of all parameters, in order, at one of the parameter that changes."""
+        """Return the values of all parameters, in order, at a value of the one that changes."""
         return self.system.values({**self.values, self.path: value})
 
     def fixed_beside(self, *paths: str) -> dict[str, float]:
-        """The values of all parameters but some."""
+        """Return the values of all parameters except some."""
         return {n: self.values[n] for n in self.system.parameter_names if n not in paths}
 
     def turns(self, winding: np.ndarray) -> dict[str, int]:
-        """By how many turns angles change in a period, by name: those that do. winding (n,)."""
+        """Return the number of turns of angles in a period, by name, where it is not zero. winding (n,)."""
         return {n: int(w) for n, w in zip(self.system.state_names, winding, strict=True) if w}
 
 
@@ -129,7 +130,7 @@ def _bare(system: System) -> System:
 def _observables(
     averaged: AveragedMachine, part: Section | None, path: str, machine: Machine
 ) -> Callable[[np.ndarray, float], np.ndarray]:
-    """The main rotor's speed with its sign and the amplitude of the axis."""
+    """Return a function for the main rotor's signed speed and the amplitude of the axis."""
     system, rotor = averaged.system, machine.rotor.name
     outputs = [system.output(f"speed[{rotor}]").expression, system.output("amplitude").expression]
     evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), averaged.senses[rotor]

@@ -1,4 +1,4 @@
-"""Curves of a plane, the regions into which they part it, and what is the case in each, from places that were examined."""
+"""Curves of a plane, the regions between them, and the kind of each region, from examined places."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ Bounds = tuple[Range, Range]  # of both parameters of a plane
 COINCIDE, DOUBLE = "two folds at once", "two-saddle-nodes-connected"  # kinds of points
 
 _FINE = 240  # pixels a side
-_SMALLEST = 6e-4  # of the plane: what is smaller belongs to its neighbour
+_SMALLEST = 6e-4  # of the plane: a smaller region belongs to its neighbour
 _EDGE = 4  # pixels
-_BESIDE = 3.0  # pixels: how far beside a curve it is looked what is on its sides
+_BESIDE = 3.0  # pixels: distance from a curve at which the kinds on its sides are read
 
 
 def cell_centres(bounds: Range, cells: int) -> np.ndarray:
-    """The centres (cells,) of so many cells side by side between bounds."""
+    """Return the centres (cells,) of equal cells between bounds."""
     low, high = bounds
     return np.asarray(low + (high - low) * (np.arange(cells) + 0.5) / cells)
 
 
 @dataclass(frozen=True)
 class PlaneCurve:
-    """A curve of the plane.
+    """Curve of the plane.
 
-    kind: what happens on it. x, y (N,): its points. value (N,): of a third parameter there, empty where there is none.
+    kind: of the bifurcation on it. x, y (N,): its points. value (N,): of a third parameter there, empty where there is none.
     """
 
     kind: str
@@ -41,16 +41,16 @@ class PlaneCurve:
     value: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def passes(self, x: float, y: float, near: float) -> bool:
-        """Whether it passes a place, but for so much of the first parameter."""
+        """True if it passes within a distance of a place, in the first parameter."""
         return bool((np.abs(at_passages(self.y, y, self.x)[1] - x) < near).any())
 
     def ends_before(self, x: float, y: float, near: tuple[float, float]) -> bool:
-        """Whether one of its ends lies so near to a place, in both parameters, before it."""
+        """True if one of its ends lies so near to a place, in both parameters, without reaching it."""
         k = int(np.abs(self.y - y).argmin())
         return bool(k in (0, len(self.y) - 1) and 0 < abs(self.y[k] - y) < near[1] and abs(self.x[k] - x) < near[0])
 
     def passes_between(self, a: tuple[float, float], b: tuple[float, float]) -> bool:
-        """Whether it crosses the straight way between two places."""
+        """True if it crosses the straight line between two places."""
         way, x, y = np.array([b[0] - a[0], b[1] - a[1]]), self.x - a[0], self.y - a[1]
         beside = x * way[1] - y * way[0]
         along = (x * way[0] + y * way[1]) / (way @ way)
@@ -60,7 +60,7 @@ class PlaneCurve:
 
 @dataclass(frozen=True)
 class PlanePoint:
-    """A point of the plane where curves meet. value: of a third parameter there, not a number where there is none."""
+    """Point of the plane where curves meet. value: of a third parameter there, nan where there is none."""
 
     kind: str
     x: float
@@ -70,7 +70,7 @@ class PlanePoint:
 
 @dataclass(frozen=True)
 class CurvesAndPoints:
-    """Of a plane. lost: sentences on those that are not located."""
+    """Curves and points of a plane. omissions: sentences on those that are not located."""
 
     curves: tuple[PlaneCurve, ...] = ()
     points: tuple[PlanePoint, ...] = ()
@@ -79,7 +79,7 @@ class CurvesAndPoints:
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """index (rows, columns): the number of the region at each place; x (columns,), y (rows,): their centres."""
+    """Regions of a plane. index (rows, columns): number of the region at each place; x (columns,), y (rows,): the places."""
 
     index: np.ndarray
     x: np.ndarray
@@ -87,21 +87,21 @@ class Regions:
 
     @property
     def count(self) -> int:
-        """How many."""
+        """Number of regions."""
         return int(self.index.max()) + 1
 
     def at(self, x: float, y: float) -> int:
-        """The region of a place."""
+        """Return the region of a place."""
         return int(self.index[np.abs(self.y - y).argmin(), np.abs(self.x - x).argmin()])
 
     def at_an_edge(self, x: float, y: float) -> bool:
-        """Whether another region is so near to a place that it might as well lie there."""
+        """True if another region is so near to a place that the place might belong to it."""
         column, row = int(np.abs(self.x - x).argmin()), int(np.abs(self.y - y).argmin())
         around = self.index[max(row - _EDGE, 0) : row + _EDGE + 1, max(column - _EDGE, 0) : column + _EDGE + 1]
         return bool((around != self.index[row, column]).any())
 
     def inmost(self, region: int) -> tuple[float, float]:
-        """The place of a region that is farthest from its edge."""
+        """Return the place of a region that is farthest from its edge."""
         from scipy.ndimage import distance_transform_edt
 
         inside = np.pad(self.index == region, 1)
@@ -110,7 +110,7 @@ class Regions:
 
 
 def regions(curves: Sequence[tuple[np.ndarray, np.ndarray]], bounds: Sequence[tuple[float, float]]) -> Regions:
-    """The regions between curves, each given by its x and y (N,), of a plane with these bounds."""
+    """Return the regions between curves, each given by its x and y (N,), of a plane with these bounds."""
     from scipy.ndimage import distance_transform_edt, label
 
     (x0, x1), (y0, y1) = bounds
@@ -138,9 +138,9 @@ def regions(curves: Sequence[tuple[np.ndarray, np.ndarray]], bounds: Sequence[tu
 
 
 def kinds_of(found: Regions, places: Sequence[tuple[float, float, str]]) -> tuple[list[str], list[tuple[float, float, str]]]:
-    """What is the case in each region by the majority of places (x, y, kind) in it, "" where there is none.
+    """Return the kind of each region by the majority of places (x, y, kind) in it, "" where there is none.
 
-    Returns that, and the places that say otherwise, but for those at an edge.
+    Returns also the places that contradict it, except for those at an edge.
     """
     votes = [Counter[str]() for _ in range(found.count)]
     for x, y, kind in places:
@@ -150,7 +150,7 @@ def kinds_of(found: Regions, places: Sequence[tuple[float, float, str]]) -> tupl
 
 
 def sides_of(found: Regions, kinds: Sequence[str], x: np.ndarray, y: np.ndarray) -> list[tuple[str, str]]:
-    """What is the case left and right of the points (N,) of a curve."""
+    """Return the kinds of the regions left and right of the points (N,) of a curve."""
     dx, dy = found.x[1] - found.x[0], found.y[1] - found.y[0]
     along = np.gradient(np.array([x / dx, y / dy]), axis=1) if len(x) > 1 else np.ones((2, 1))
     across = np.array([-along[1], along[0]]) / np.maximum(np.linalg.norm(along, axis=0), 1e-12) * _BESIDE

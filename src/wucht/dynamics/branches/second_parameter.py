@@ -1,4 +1,4 @@
-"""Where folds and Hopf points go as a second parameter changes: their curves in the plane of both parameters, and crossings."""
+"""Curves of folds and Hopf points in the plane of two parameters, and their crossings."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SAME = 1e-5  # in units of scale: a special point that lies on a curve
 
 @dataclass(frozen=True)
 class BifurcationCurve:
-    """A curve of special points in two parameters.
+    """Curve of special points in two parameters.
 
-    of: "fold" or "hopf". u (n+2, N): states and both parameters. kinds (N): "" or the kind of a point where a second condition
-    holds. coefficients (N): of the normal form at these, empty at others. ends: why it ends, at first and last.
+    bifurcation: "fold" or "hopf". u (n+2, N): states and both parameters. kinds (N): "" or the kind of a point where a second
+    condition holds. coefficients (N): of the normal form at these, empty at others. ends: why it ends, at first and last.
     """
 
     of: str
@@ -37,7 +37,7 @@ class BifurcationCurve:
 
 @dataclass(frozen=True)
 class SecondParameter:
-    """path, bounds: of the second parameter. value: of the subject as it is, at which branches are followed."""
+    """Second parameter. path, bounds: of it. value: its nominal value, at which branches are followed."""
 
     path: str
     bounds: tuple[float, float]
@@ -45,7 +45,7 @@ class SecondParameter:
 
 
 def starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.ndarray]]:
-    """The folds and Hopf points of branches of isolated states: kind, what the states are called, u (n+1,)."""
+    """Return the folds and Hopf points of branches of isolated states: bifurcation, kind of the states, u (n+1,)."""
     return [
         (special, b.kind, b.u[:, i])
         for b in branches
@@ -56,7 +56,7 @@ def starts(branches: Sequence[EquilibriumBranch]) -> list[tuple[str, Kind, np.nd
 
 
 def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: Kind, u: np.ndarray) -> BifurcationCurve:
-    """The curve through a fold or Hopf point, followed both ways. Raises ``RunError`` where it cannot be followed."""
+    """Follow the curve through a fold or Hopf point both ways. Raises ``RunError`` where it cannot be followed."""
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     problem = states.equilibria
     bounds = (states.bounds, second.bounds)
@@ -73,7 +73,7 @@ def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: 
 
 
 def _in_words(states: SteadyStates, second: SecondParameter, said: str, at: np.ndarray) -> str:
-    """Why a curve ends at a point (n+2,)."""
+    """Return why a curve ends at a point (n+2,)."""
     low, high = second.bounds
     if min(abs(at[-1] - low), abs(at[-1] - high)) <= ON * (high - low):
         return RANGE_ENDS
@@ -82,7 +82,7 @@ def _in_words(states: SteadyStates, second: SecondParameter, said: str, at: np.n
 
 
 def passes(states: SteadyStates, second: SecondParameter, curve: BifurcationCurve, of: str, u: np.ndarray) -> bool:
-    """Whether a special point at the second parameter's own value lies on a curve."""
+    """True if a special point at the second parameter's nominal value lies on a curve."""
     if curve.of != of:
         return False
     scale = np.append(states.equilibria.equations.scale, second.bounds[1] - second.bounds[0])
@@ -97,7 +97,7 @@ def passes(states: SteadyStates, second: SecondParameter, curve: BifurcationCurv
 
 
 def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> CurvesAndPoints:
-    """Where the curves of folds of states of one name cross: there two pairs of steady states vanish at once."""
+    """Return the crossings of fold curves of states of one name: there two pairs of steady states vanish at once."""
     folds, points, lost = [c for c in curves if c.of == FOLD], list[PlanePoint](), list[str]()
     equations = states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     pairs = FoldPairs(equations, (states.bounds, second.bounds))
@@ -111,7 +111,7 @@ def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequen
                     u = pairs.near(a.u[:-2, k], b.u[:-2, m], at)
                 except WuchtError as error:
                     place = f"{states.path} = {x:.6g}, {second.path} = {y:.6g}"
-                    lost.append(f"where two curves of folds cross near {place} is not located: {error}")
+                    lost.append(f"the crossing of two curves of folds near {place} is not located: {error}")
                     continue
                 if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in points):
                     points.append(PlanePoint(COINCIDE, float(u[-2]), float(u[-1])))
@@ -119,7 +119,7 @@ def fold_crossings(states: SteadyStates, second: SecondParameter, curves: Sequen
 
 
 def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:
-    """Which pieces of two lines (2, N), (2, M) cross."""
+    """Return the pieces of two lines (2, N), (2, M) that cross."""
     p, r, q, s = a[:, :-1, None], np.diff(a)[:, :, None], b[:, None, :-1], np.diff(b)[:, None, :]
     determinant = r[0] * s[1] - r[1] * s[0]
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""The map of steady states and modulated motions: rows of branches, the curves through what is special on them, and points."""
+"""Map of steady states and modulated motions: rows of branches, the curves through their special points, and crossings."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
 
-_ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work, by which these are done
-_MOST_FAMILIES = 4  # of modulated motions that runs have reached
+_ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work at which these are done
+_MOST_FAMILIES = 4  # of modulated motions reached by runs
 _ON_CURVE = 0.01  # of the range: a special orbit that lies on a known curve
 _MOST_EXTRA = 12  # rows beside those of the cells
 
 
 @dataclass(frozen=True, eq=False)
 class StateMapCase:
-    """A plane of two parameters, whose steady states and modulated motions are mapped.
+    """Plane of two parameters, whose steady states and modulated motions are mapped.
 
-    paths, bounds: of the parameters. cells: a side, in whose centres it is examined which motions there are. settings: which
-    steady states. motion: None where modulated ones are left out. warnings: what is doubtful about the equations.
+    paths, bounds: of the parameters. cells: per side, at whose centres the motions are examined. settings: of the
+    steady states. motion: None where modulated ones are left out. warnings: doubts about the equations.
     """
 
     subject: Machine | OwnEquations
@@ -66,7 +66,7 @@ class StateMapCase:
         cls, subject: Machine | OwnEquations, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
         orbits: OrbitSettings | None,
     ) -> StateMapCase:  # fmt: skip
-        """The plane of a machine, or of equations. orbits: which modulated motions, None for none.
+        """Set up the plane of a machine, or of user equations. orbits: of modulated motions, None to leave them out.
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
@@ -78,32 +78,32 @@ class StateMapCase:
         return replace(case, motion=motion, warnings=states.words.warnings)
 
     def row(self, second: float) -> BranchCase:
-        """The steady states over the first parameter at a value of the second."""
+        """Return the steady states over the first parameter at a value of the second."""
         subject = with_parameters(self.subject, {self.paths[1]: second})
         return BranchCase.of(subject, self.paths[0], self.bounds[0], self.settings)
 
     def centres(self, k: int) -> np.ndarray:
-        """Of the cells, in the first (0) or the second (1) parameter."""
+        """Return the centres of the cells, in the first (0) or the second (1) parameter."""
         return cell_centres(self.bounds[k], self.cells)
 
     def motion_at(self, second: float) -> ModulatedMotion:
-        """The modulated motions at a value of the second parameter."""
+        """Return the modulated motions at a value of the second parameter."""
         assert self.motion is not None
         return self.motion.at({self.paths[1]: second})
 
     def orbits_at(self, second: float, watch: Watch) -> RowCase:
-        """The row of modulated motions at a value of the second parameter."""
+        """Return the row of modulated motions at a value of the second parameter."""
         return RowCase(self.motion_at(second), self.paths[1], second, watch)
 
     def second(self, value: float) -> SecondParameter:
-        """The second parameter at a value."""
+        """Return the second parameter at a value."""
         return SecondParameter(self.paths[1], self.bounds[1], value)
 
 
 @dataclass(frozen=True)
 class StateFindings:
-    """So far. crossings: of fold curves. orbits: rows of modulated motions, one for each motion. reached: by runs. lost:
-    sentences on what was not found."""
+    """Results so far. crossings: of fold curves. orbits: rows of modulated motions, one for each motion. runs_by_place: motions
+    reached by runs. omissions: sentences on what is missing."""
 
     rows: tuple[SteadyRow, ...] = ()
     curves: tuple[BifurcationCurve, ...] = ()
@@ -117,7 +117,7 @@ class StateFindings:
 
     @property
     def orbit_rows(self) -> list[OrbitRow]:
-        """Those rows in which there is a modulated motion."""
+        """Rows in which there is a modulated motion."""
         return [row for row in self.orbits if isinstance(row, OrbitRow)]
 
 
@@ -125,7 +125,7 @@ Stage = Generator[StateFindings, None, StateFindings]
 
 
 def map_states(case: StateMapCase, work: Work) -> Iterator[StateFindings]:
-    """Rows of steady states, the curves of their folds and Hopf points, rows of orbits, and their curves."""
+    """Compute rows of steady states, the curves of their folds and Hopf points, rows of orbits, and their curves."""
     findings = StateFindings()
     seconds = case.centres(1).tolist()
     for k, second in enumerate(seconds):
@@ -143,7 +143,7 @@ def map_states(case: StateMapCase, work: Work) -> Iterator[StateFindings]:
 
 
 def _steady(case: StateMapCase, findings: StateFindings, second: float, values: np.ndarray, part: Work, work: Work) -> Stage:
-    """A row of steady states, and the curves through their folds and Hopf points that are not known yet."""
+    """Follow a row of steady states, and the curves through their folds and Hopf points that are not known yet."""
     row = case.row(second)
     *_, steady = follow_branches(row, part)
     findings = with_made(findings, "rows", steady_row(second, steady.branches, values))
@@ -166,7 +166,7 @@ def _crossings(case: StateMapCase, curves: tuple[BifurcationCurve, ...]) -> Curv
 
 
 def _runs(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
-    """Runs from several starts at the centres of all cells."""
+    """Run from several starts at the centres of all cells."""
     seconds = case.centres(1).tolist()
     for k, second in enumerate(seconds):
         share = _CURVES + (_RUNS - _CURVES) * k / len(seconds)
@@ -178,7 +178,7 @@ def _runs(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
 def _with_runs(
     case: StateMapCase, findings: StateFindings, work: Work, values: list[float], second: float, share: float
 ) -> StateFindings:
-    """With what runs come to at values of the first parameter."""
+    """Add the motions that runs reach at values of the first parameter."""
     watch = partial(work.report, share, f"runs from several starts at {case.paths[1]} = {second:.4g}")
     watch()
     make = partial(reached_motions, case.motion_at(second), values, second, watch)
@@ -186,9 +186,9 @@ def _with_runs(
 
 
 def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
-    """Branches of orbits on which runs have settled, and which begin at no steady state that is lost: followed over the plane.
+    """Follow over the plane the orbits on which runs have settled and which begin at no lost steady state.
 
-    Each begins in the row that has most of them, and is followed from row to row both ways.
+    Each family begins in the row that has most of its orbits, and is followed from row to row both ways.
     """
     assert case.motion is not None
     seconds = case.centres(1).tolist()
@@ -220,7 +220,7 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
 
 
 def _unexplained(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
-    """The orbits that runs have reached and no row has, with the values of the second parameter."""
+    """Return the orbits that runs have reached and no row has, with the values of the second parameter."""
     return [
         (place.y, orbit)
         for place in findings.reached
@@ -230,7 +230,7 @@ def _unexplained(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
 
 
 def _orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
-    """Rows of orbits, from the middle outwards, each begun with its neighbour; and their curves."""
+    """Follow rows of orbits, from the middle outwards, each started from its neighbour; and their curves."""
     seconds = case.centres(1).tolist()
     middle = len(seconds) // 2
     order = [*range(middle, len(seconds)), *range(middle - 1, -1, -1)]
@@ -255,7 +255,7 @@ def _orbit_row(
 
 
 def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
-    """The curves through what is special on a row of orbits."""
+    """Follow the curves through the special points of a row of orbits."""
     if isinstance(row, NoOrbit):
         return findings
     there, second = case.motion_at(row.second), case.second(row.second)
@@ -282,12 +282,12 @@ def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOr
 
 
 def lines_of(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
-    """All curves as x and y."""
+    """Return all curves as x and y."""
     return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended(case, findings)]
 
 
 def extended(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:
-    """The curves of orbits; those at which stability is lost go on beyond their ends through the rows, to a crossing of folds.
+    """Return the curves of orbits; those of a loss of stability are extended through the rows to a crossing of folds.
 
     Near such a crossing the period is so long that the curve's equations cannot be followed; the rows' exponents are known.
     """
@@ -313,7 +313,7 @@ def extended(case: StateMapCase, findings: StateFindings) -> list[PlaneCurve]:
 
 
 def _extra(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
-    """A place in each region that no cell's centre lies in; where that shows further curves, once more."""
+    """Examine a place in each region without a cell's centre; where that reveals further curves, repeat."""
     cells = [(x, y) for y in case.centres(1).tolist() for x in case.centres(0).tolist()]
     while len(findings.extra) < _MOST_EXTRA:
         parted = regions(lines_of(case, findings), case.bounds)

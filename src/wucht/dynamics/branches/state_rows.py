@@ -1,4 +1,4 @@
-"""What there is at one value of the second parameter: stable steady states, and the branch of modulated motions.
+"""Stable steady states and the branch of modulated motions at one value of the second parameter.
 
 And the curves in the plane on which such a motion turns, doubles, loses its stability, or becomes a saddle connection.
 """
@@ -30,7 +30,7 @@ from wucht.numerics.periodic.cycles import Cycles
 
 ONE = "one stable state"
 STABLE = 2  # a place's level: see ``LEVELS``
-_LONGEST = 3.0  # times the period of the first orbit: so far stability is looked at
+_LONGEST = 3.0  # times the period of the first orbit: up to there stability is computed
 _LONGER = 8.0  # times the period of the orbit with which a curve begins
 _POINTS = 401  # of a curve, each way
 _SAME = 1e-3  # of the range
@@ -38,15 +38,15 @@ _SAME = 1e-3  # of the range
 
 @dataclass(frozen=True)
 class SteadyRow:
-    """second: the value. stable: of each value of the first parameter, the names of the states that are stable, or
-    how many there are without names."""
+    """Row of steady states. second: the value. stable: for each value of the first parameter, the names of the stable
+    states, or the number of those without names."""
 
     second: float
     stable: tuple[tuple[str, ...], ...]
 
 
 def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.ndarray) -> SteadyRow:
-    """From the branches of steady states over the first parameter."""
+    """Return the row from the branches of steady states over the first parameter."""
     found = []
     for value in values.tolist():
         names, unnamed = set[str](), 0
@@ -63,7 +63,7 @@ def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.
 
 @dataclass(frozen=True)
 class OrbitRow:
-    """The branch of modulated motions over the first parameter.
+    """Branch of modulated motions over the first parameter.
 
     sides: its ends, at lower and higher values. values, stable (N,): of its orbits, in order. special: orbits at which
     stability changes or the branch turns, in the whole equations. middle: one that lies well within the branch.
@@ -78,11 +78,11 @@ class OrbitRow:
     whole: SeedOrbit
 
     def has(self, value: float, winding: np.ndarray) -> bool:
-        """Whether it has a stable orbit of a winding (n,), of all equations, at a value."""
+        """True if it has a stable orbit of a winding (n,), of all equations, at a value."""
         return self.state_at(value) == STABLE and bool((self.whole.winding == winding).all())
 
     def state_at(self, value: float) -> int:
-        """0 where there is no orbit, 1 where none is stable, 2 where one is."""
+        """Return 0 where there is no orbit, 1 where none is stable, 2 where one is."""
         low, high = sorted(s.value for s in self.sides)
         if not low < value < high:
             return 0
@@ -91,7 +91,7 @@ class OrbitRow:
 
 @dataclass(frozen=True)
 class NoOrbit:
-    """Why there is no branch of orbits at a value of the second parameter."""
+    """Reason why there is no branch of orbits at a value of the second parameter."""
 
     second: float
     sentence: str
@@ -99,7 +99,7 @@ class NoOrbit:
 
 @dataclass(frozen=True, eq=False)
 class RowCase:
-    """A value of the second parameter, at which ``motion`` is. path: of that parameter."""
+    """Row at a value of the second parameter, that of ``motion``. path: of that parameter."""
 
     motion: ModulatedMotion
     path: str
@@ -107,7 +107,7 @@ class RowCase:
     watch: Watch
 
     def row(self, near: OrbitRow | NoOrbit | None) -> OrbitRow | NoOrbit:
-        """The branch of modulated motions. near: that at a neighbouring value."""
+        """Follow the branch of modulated motions. near: that at a neighbouring value."""
         sentences, (low, high) = list[str](), self.motion.subject.bounds
         seed = self.carried(near)
         for lost in lost_states(self.motion.steady()) if seed is None else ():
@@ -118,7 +118,7 @@ class RowCase:
         return self.row_through(seed)
 
     def further_row(self, near: OrbitRow | NoOrbit | None, given: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
-        """The branch of a motion that runs have reached: through one of the given orbits, or the neighbouring branch's."""
+        """Follow the branch of a motion that runs have reached: through a seed, or through the neighbouring branch's orbit."""
         beside = self.carried(near)
         row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion is not followed to there")
         for seed in (*([beside] if beside is not None else []), *given):
@@ -128,7 +128,7 @@ class RowCase:
         return row
 
     def row_through(self, seed: SeedOrbit) -> OrbitRow | NoOrbit:
-        """The branch through an orbit, followed both ways."""
+        """Follow the branch through an orbit both ways."""
         try:
             ends = (followed_to_end(self.motion, seed, way, self.watch) for way in (-1, 1))
             low, high = sorted(ends, key=lambda end: end.value)
@@ -140,7 +140,7 @@ class RowCase:
             return NoOrbit(self.second, str(error))
 
     def _within(self, seed: SeedOrbit, value: float) -> SeedOrbit:
-        """The orbit of a branch at a value, or as near to it as it is followed."""
+        """Return the orbit of a branch at a value, or as near to it as the branch is followed."""
         low, high = sorted((seed.value, value))
         if high - low < 1e-6 * self.motion.subject.width:
             return seed
@@ -149,7 +149,7 @@ class RowCase:
         return replace(SeedOrbit.of(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
 
     def _by_collocation(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
-        """The row with stability as collocation has it, in all equations."""
+        """Compute the row with the stability by collocation, in all equations."""
         lifted = self.motion.lifted(replace(middle, longest=_LONGEST * middle.period))
         parts = [half_branch(self.motion.whole, lifted, onward, False, lambda _: self.watch()) for onward in (False, True)]
         values = np.concatenate([p.values for p in parts])
@@ -161,7 +161,7 @@ class RowCase:
         return OrbitRow(self.second, sides, values[order][known], stable[known], special, middle, lifted)
 
     def _in_section(self, sides: tuple[OrbitEnd, OrbitEnd], middle: SeedOrbit) -> OrbitRow:
-        """The row where one direction leads out of the section: there the exponent is a mean, right whatever the period is."""
+        """Compute the row where one direction leads out of the section: its exponent is a mean, accurate for any period."""
         seed = replace(middle, longest=_LONGEST * middle.period)
         cycles, start = cycles_through(self.motion.subject, seed)
         exponent, passed = transverse_exponent(self.motion), [start]
@@ -181,7 +181,7 @@ class RowCase:
         return OrbitRow(self.second, sides, values, inside & (out < 0), special, middle, self.motion.lifted(seed))
 
     def carried(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
-        """The middle orbit of a neighbouring branch, followed to the value of the second parameter; None where that fails."""
+        """Follow the middle orbit of a neighbouring branch to the value of the second parameter; None where that fails."""
         if not isinstance(near, OrbitRow) or near.second == self.second:
             return near.middle if isinstance(near, OrbitRow) else None
         seed = near.middle
@@ -200,7 +200,7 @@ class RowCase:
 
 
 def transverse_exponent(motion: ModulatedMotion) -> Callable[[Cycle], float]:
-    """ln mu of the one direction that leads out of the section, by an integral over an orbit."""
+    """Return a function for ln mu of the one direction that leads out of the section, by an integral over an orbit."""
     whole, e = motion.whole, motion.subject.embedding
     assert e is not None
     equations = Equations.of(whole.system, [whole.path], whole.fixed_beside(whole.path))
@@ -215,7 +215,7 @@ def transverse_exponent(motion: ModulatedMotion) -> Callable[[Cycle], float]:
 
 
 def _last_of(cycles: Cycles, start: Cycle, onward: bool) -> Cycle:
-    """The last regular orbit of a branch, one way from its first."""
+    """Return the last regular orbit of a branch, one way from its first."""
     last = start
     for cycle in cycles.walk(start if onward else cycles.backwards(start)):
         last = last if cycle.kind else cycle
@@ -223,7 +223,7 @@ def _last_of(cycles: Cycles, start: Cycle, onward: bool) -> Cycle:
 
 
 def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, special: StoredOrbit) -> PlaneCurve:
-    """The curve through a special orbit of a row, both ways. motion: at the row. Raises ``WuchtError`` where there is none."""
+    """Follow the curve through a special orbit of a row both ways. motion: at the row. Raises ``WuchtError``."""
     subject, seed = motion.whole, row.whole
     paths, bounds = (subject.path, second.path), (subject.bounds, second.bounds)
     widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
@@ -238,20 +238,20 @@ def orbit_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow,
 
 
 def _located(cycles: Cycles, start: Cycle, special: StoredOrbit) -> Cycle:
-    """The special orbit, once more on the branch of another one. Raises ``RunError``."""
+    """Recompute the special orbit on the branch of another one. Raises ``RunError``."""
     for cycle in cycles.walk(start if special.value > start.parameter else cycles.backwards(start)):
         if cycle.kind == special.kind and abs(cycle.parameter - special.value) < _SAME * (cycles.bounds[1] - cycles.bounds[0]):
             return cycle
-    raise RunError("the special orbit was not found again")
+    raise RunError("the special orbit could not be recomputed")
 
 
 def _both_ways(kind: str, of: Any, start: Any) -> PlaneCurve:
-    """The curve through a point of a ``CycleCurve``, or of ``Connections``."""
+    """Follow the curve through a point of a ``CycleCurve``, or of ``Connections``, both ways."""
     back, onward = ([p.parameters[:2] for p in islice(of.walk(first), _POINTS)] for first in (of.backwards(start), start))
     x, y = np.array([*back[::-1], start.parameters[:2], *onward], float).T
     return PlaneCurve(kind, x, y)
 
 
 def connection_curve(motion: ModulatedMotion, second: SecondParameter, row: OrbitRow, end: OrbitEnd) -> PlaneCurve:
-    """The curve of saddle connections through the end of a row, both ways. Raises ``WuchtError`` where there is none."""
+    """Follow the curve of saddle connections through the end of a row both ways. Raises ``WuchtError`` if there is none."""
     return _both_ways(SADDLE_CONNECTION, *connections_at(motion, second.path, second.bounds, end, row.second))

@@ -1,4 +1,4 @@
-"""What branches are made of: the steady states of a machine, or of equations, along a parameter."""
+"""Steady states of a machine, or of user equations, along a parameter."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Watch = Callable[[], None]
 
 @dataclass(frozen=True)
 class BranchSettings:
-    """Which steady states are searched and followed.
+    """Settings of the search and continuation of steady states.
 
     points: values in the range, besides those near both ends, at which all states are searched. only: names of states that are
-    followed, None for all. show: the state that is drawn; None: the main rotor's speed, of equations their first state.
-    ranges: of the states of equations, in which equilibria are searched. inertia: of a machine's balancing bodies in the
-    averaged equations; None: as is usual for the machine.
+    followed, None for all. show: the state that is drawn; None: the main rotor's speed, of user equations their first state.
+    ranges: of the states of user equations, in which equilibria are searched. inertia: of a machine's balancing bodies in
+    the averaged equations; None: as is usual for the machine.
     """
 
     points: int = 5
@@ -43,8 +43,8 @@ class BranchSettings:
 
 @dataclass(frozen=True)
 class StatesAtValue:
-    """The states at a value of the parameter: points (n+1,) of isolated ones, and families. complete: whether they are shown
-    to be all. shown: how, or why not. speeds: between which it was searched, None where the speed is given, or is none.
+    """States at a value of the parameter: points (n+1,) of isolated ones, and families. complete: True if proved to be all.
+    evidence: for that, or why not. speeds: between which states were searched, None where the speed is given, or is none.
     """
 
     points: tuple[np.ndarray, ...]
@@ -56,7 +56,7 @@ class StatesAtValue:
 
 @dataclass(frozen=True)
 class Kind:
-    """What a state is called. split: how many balancing bodies are on each side of the line they are in, the larger first."""
+    """Name and type of a state. split: numbers of balancing bodies on each side of their line, the larger first."""
 
     name: str | None = None
     type: str | None = None
@@ -66,7 +66,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Ordinates:
-    """What is drawn of points (N,): a quantity, by default the speed; and the amplitude, not a number where there is none."""
+    """Ordinates of points (N,): a quantity, by default the speed; and the amplitude, nan where there is none."""
 
     speed: np.ndarray
     amplitude: np.ndarray
@@ -74,9 +74,9 @@ class Ordinates:
 
 @dataclass(frozen=True)
 class Words:
-    """How results are written. shown: what is drawn, and its unit. state: its name, None where that is the main rotor's speed.
-    inertia: whether the averaged equations have that of the balancing bodies, None where there are none. speed, time, length:
-    units of speeds, of times and of the amplitude.
+    """Names and units in results. ordinate: the quantity that is drawn, and its unit. state: its name, None for the main
+    rotor's speed. inertia: True if the averaged equations have that of the balancing bodies, None where there are none. speed,
+    time, length: units of speeds, of times and of the amplitude.
     """
 
     shown: str
@@ -90,7 +90,7 @@ class Words:
 
     @classmethod
     def of(cls, machine: Machine, averaged: AveragedMachine, inertia: bool, state: str | None = None) -> Words:
-        """Of a machine. state: that is drawn; None: the main rotor's speed."""
+        """Return the labels of a machine. state: that is drawn; None: the main rotor's speed."""
         units = machine.units
         shown, unit = "speed of the main rotor", units.speed
         if state is not None and state.endswith(".phase"):
@@ -102,77 +102,77 @@ class Words:
 
     @property
     def rate(self) -> str:
-        """The unit of exponents."""
+        """Unit of exponents."""
         return f"1/{self.time}" if self.time else ""
 
 
 def in_words(speeds: tuple[float, float], unit: str) -> str:
-    """``speeds from 0.2 to 200 rad/s``."""
+    """Return a range as text: ``speeds from 0.2 to 200 rad/s``."""
     return f"speeds from {speeds[0]:.4g} to {speeds[1]:.4g} {unit}".rstrip()
 
 
 class SteadyStates(Protocol):
-    """Of points u (n+1,): states and the parameter's value."""
+    """Steady states as points u (n+1,): states and the parameter's value."""
 
     @property
     def bounds(self) -> tuple[float, float]: ...  # noqa: D102
 
     @property
     def path(self) -> str:
-        """Of the parameter."""
+        """Path of the parameter."""
 
     @property
     def nominal_value(self) -> float:
-        """The parameter's value of the machine, or of the equations, as they are."""
+        """Nominal value of the parameter, of the machine or of the equations."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the states (n)."""
+        """Names of the states (n)."""
 
     @property
     def equilibria(self) -> Equilibria:
-        """As they are followed."""
+        """Continuation problem of the states."""
 
     def equations_with(self, second: str, width: float) -> Equations:
-        """The equations with another parameter that varies, by the width of its range."""
+        """Return the equations with another varied parameter, scaled by the width of its range."""
 
     @property
     def size_of_shown(self) -> float:
-        """By how much what is drawn changes when it changes much."""
+        """Typical change of the ordinate."""
 
     @property
     def words(self) -> Words:
-        """How results are written."""
+        """Names and units in results."""
 
     def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
-        """All states at a value. Raises ``InputError`` where they cannot be searched."""
+        """Search all states at a value. Raises ``InputError`` where that is impossible."""
 
     def same(self, u: np.ndarray, v: np.ndarray) -> bool:
-        """Whether points at one value are one state."""
+        """True if points at one value are one state."""
 
     def kind(self, u: np.ndarray) -> Kind:
-        """What the state at a point is called."""
+        """Return name and type of the state at a point."""
 
     def ordinates(self, u: np.ndarray) -> Ordinates:
-        """Of points (n+1, N)."""
+        """Return the ordinates of points (n+1, N)."""
 
     def stated(self, u: np.ndarray) -> Mapping[str, float]:
-        """The state at a point by names."""
+        """Return the state at a point by names."""
 
     def end(self, u: np.ndarray) -> str:
-        """Why a branch ends at a point at which a state leaves its limits."""
+        """Return why a branch ends at a point at which a state leaves its limits."""
 
 
 _STEPS = Steps(first=0.01, most=0.05, turn=0.06, points=4000)
 _STARTS = 64
 _SAME = 1e-6  # in units of scale
-_SINGULAR = 1e-12  # of the largest: a singular value that is zero
-_AROUND = 1.0  # of an interval of a state: how far beyond it branches are followed
+_SINGULAR = 1e-12  # of the largest singular value: a smaller one is zero
+_AROUND = 1.0  # of an interval of a state: margin beyond it within which branches are followed
 
 
 @dataclass(frozen=True)
 class SystemEquilibria:
-    """Equilibria of equations. path: of the parameter. bounds: of it. ranges: of states, in which equilibria are searched.
+    """Equilibria of user equations. path, bounds: of the parameter. ranges: of states, in which equilibria are searched.
 
     show: the state that is drawn. Points u (n+1,) are states and the parameter's value.
     """
@@ -187,7 +187,7 @@ class SystemEquilibria:
     def of(
         cls, subject: OwnEquations, path: str, bounds: tuple[float, float], settings: BranchSettings
     ) -> SystemEquilibria:  # fmt: skip
-        """Raises ``InputError`` where a setting does not fit the equations, or they depend on time."""
+        """Set up the equilibria. Raises ``InputError`` where a setting does not fit the equations, or they depend on time."""
         names, turning = subject.system.state_names, {s.name for s in subject.system.angles}
         for key, given in (("only", settings.only), ("inertia", settings.inertia)):
             if given is not None:
@@ -211,7 +211,7 @@ class SystemEquilibria:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the states (n)."""
+        """Names of the states (n)."""
         return self.subject.system.state_names
 
     @property
@@ -221,7 +221,7 @@ class SystemEquilibria:
 
     @cached_property
     def equilibria(self) -> Equilibria:
-        """As they are followed: states and parameter by the widths of their ranges, angles by a radian."""
+        """Continuation problem: states and parameter scaled by the widths of their ranges, angles by a radian."""
         limits = {
             i: (low - _AROUND * (high - low), high + _AROUND * (high - low))
             for i, (n, (low, high)) in enumerate(self.ranges.items())
@@ -254,15 +254,13 @@ class SystemEquilibria:
         return Words(f"state {self.show}", "", self.show)
 
     def states_at(self, value: float, watch: Watch | None = None) -> StatesAtValue:
-        """See ``SteadyStates``: by Newton's method from many starts within the ranges, known states being divided out."""
+        """See ``SteadyStates``: by Newton's method from many starts within the ranges, with deflation of known states."""
         if watch is not None:
             watch()
         low, high = np.array([self.ranges[n] for n in self.names]).T
         starts, equations = seeded(low, high, _STARTS), self.equilibria.equations
         if _singular(equations, starts, value):
-            raise RunError(
-                "the equations are singular at every start: their equilibria, if there are any, are no isolated points"
-            )
+            raise RunError("the equations are singular at every start: their equilibria, if there are any, are not isolated")
         solutions = deflated(equations, [value], starts).points.T
         width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
@@ -270,7 +268,7 @@ class SystemEquilibria:
         return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, shown)
 
     def same(self, u: np.ndarray, v: np.ndarray) -> bool:
-        """See ``SteadyStates``: but for whole turns of angles."""
+        """See ``SteadyStates``: up to whole turns of angles."""
         e = self.equilibria.equations
         away = u - v
         turns = np.where(e.turns > 0, e.turns, 1.0)
@@ -298,7 +296,7 @@ class SystemEquilibria:
 
 
 def _singular(equations: Equations, starts: np.ndarray, value: float) -> bool:
-    """Whether df/dx is singular at all starts (N, n), so that Newton's method makes no step anywhere."""
+    """True if df/dx is singular at all starts (N, n), so that Newton's method makes no step anywhere."""
     states = np.asarray(starts).reshape(-1, equations.n).T
     with np.errstate(all="ignore"):
         matrices = equations.values(np.vstack([states, np.full(states.shape[1], value)]))[1][:, :-1]

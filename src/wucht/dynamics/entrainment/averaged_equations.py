@@ -1,7 +1,7 @@
 """Steady phases in the averaged equations at a value of a parameter, and their stability.
 
-001 (22)-(24) for a rotor on a vibrating axis, (37)-(40) for exciters on a common carrier, here for any number of them: found by
-Newton's method from many starts at once.
+001 (22)-(24) for a rotor on a vibrating axis, (37)-(40) for exciters on a common carrier, here for any number of them: solved
+by Newton's method from many starts at once.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from wucht.system import System
 _NEWTON_STEPS, _FAR_STEPS = 40, 60
 _LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes
 _REGULAR = 1e-14  # added to the Jacobian, so that a singular one does not end the search from other starts
-_SMALL = 1e-11  # of what is left open, each equation by its own size
-_SAME = 1e-5  # of two equilibria that are one
+_SMALL = 1e-11  # of the residual, each equation scaled by its size
+_SAME = 1e-5  # of two equilibria that are the same
 STABLE = 1e-9  # of the fastest rate: growth below this is rounding
 
 
 class AveragedEquations:
-    """The averaged equations of a machine along a parameter, within limits of it. It does not change once it is made.
+    """Averaged equations of a machine along a parameter, within limits of it. Immutable after its construction.
 
-    States (n) are the phases in rad, then the speeds; phases: which are, (n,); phase_rows: where that of a body stands. pace,
-    sizes (n,), unit: the sizes of speeds, of the states and of the parameter. equations: as they are followed.
+    States (n) are the phases in rad, then the speeds; phases (n,): mask of the phases; phase_rows: index of a body's phase.
+    pace, sizes (n,), unit: scales of speeds, of the states and of the parameter. equations: as they are followed.
     """
 
     def __init__(
         self, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
     ) -> None:
-        """Derive them. senses: +-1 a body. Raises ``InputError`` where the machine has no averaged equations."""
+        """Derive the equations. senses: +-1 per body. Raises ``InputError`` where the machine has no averaged equations."""
         self.averaged = averaged_machine(machine, turning={name: int(sense) for name, sense in senses.items()})
         self.machine, self.swept, self.limits = machine, swept, limits
         self.names = self.averaged.system.state_names
@@ -49,13 +49,13 @@ class AveragedEquations:
         self.phases = np.array([n.endswith(".phase") for n in self.names])
         self.pace = machine.shaking_frequency or operating_speed(machine)
         self.sizes = np.where(self.phases, 1.0, self.pace)
-        # The parameter's size is that of the machine's own value, or the pace of speeds: limits may lie far beyond any band.
+        # The parameter's scale is that of its nominal value: limits may lie far beyond any band.
         width = limits[1] - limits[0]
         self.unit = min(width, swept.size or width)
         self.equations = self._equations()
 
     def _equations(self) -> Equations:
-        """With the swept parameter as the one that varies, and those that follow from it as definitions."""
+        """Return the equations with the swept parameter varied, and those that follow from it as definitions."""
         system, name = self.averaged.system, self.swept.name
         scale = dict(zip(self.names, self.sizes.tolist(), strict=True)) | {name: self.unit}
         if self.swept.shares.keys() != {name}:
@@ -71,30 +71,30 @@ class AveragedEquations:
         return {symbols[path]: share for path, share in self.swept.shares.items()}
 
     def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
-        """dx/dt (n, N) at states (n, N), each by its size, and their derivatives (N, n, n) by the states in their sizes."""
+        """Return dx/dt (n, N) at states (n, N), scaled, and the derivatives (N, n, n) by the scaled states."""
         rate, jacobian, _ = self._linearised(states, np.full(states.shape[1], value))
         return rate, jacobian
 
     def _linearised(self, states: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As ``rates``, at values (N,) of the parameter; and the derivatives (N, n) by the parameter in its size."""
+        """Return ``rates`` at values (N,) of the parameter, and the derivatives (N, n) by the scaled parameter."""
         f, f_u = self.equations.values(np.vstack([states, values]))
         scale = self.pace * self.sizes[:, None]
         jacobian = f_u[:, :-1] * self.sizes[None, :, None] / scale[:, :, None]
         return f / scale, np.moveaxis(jacobian, -1, 0), (f_u[:, -1] * self.unit / scale).T
 
     def eigenvalues(self, state: np.ndarray, value: float) -> np.ndarray:
-        """Of the linearised averaged equations (n,), in 1/time."""
+        """Return eigenvalues of the linearised averaged equations (n,), in 1/time."""
         _, jacobian = self.rates(state[:, None], value)
         return np.asarray(np.linalg.eigvals(jacobian[0]) * self.pace)
 
     def stable(self, state: np.ndarray, value: float) -> bool:
-        """Whether all disturbances decay."""
+        """True if all disturbances decay."""
         values = self.eigenvalues(state, value)
         return bool(values.real.max() < -STABLE * np.abs(values).max())
 
-    @np.errstate(all="ignore")  # a start from which Newton's method goes astray is left out
+    @np.errstate(all="ignore")  # a start from which Newton's method diverges is left out
     def equilibria(self, value: float, more: np.ndarray | None = None) -> list[np.ndarray]:
-        """All that Newton's method reaches from many starts, and from the states ``more`` (n, N)."""
+        """Return all equilibria that Newton's method reaches from many starts, and from the states ``more`` (n, N)."""
         x = self.starts() if more is None else np.hstack([more, self.starts()])
         for _ in range(_NEWTON_STEPS):
             rate, jacobian = self.rates(x, value)
@@ -111,9 +111,9 @@ class AveragedEquations:
                 different.append(state)
         return different
 
-    @np.errstate(all="ignore")  # a start from which Newton's method goes astray is left out
+    @np.errstate(all="ignore")  # a start from which Newton's method diverges is left out
     def with_a_phase_held(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria (n, k) from starts (n, N) whose first phase stays, and the values (k,) of the parameter that they need."""
+        """Return equilibria (n, k) from starts (n, N) whose first phase stays, and the parameter values (k,) they need."""
         free = np.delete(np.arange(self.n), int(self.phases.argmax()))
         x, values = states.copy(), np.full(states.shape[1], value)
         for _ in range(_FAR_STEPS):
@@ -129,20 +129,20 @@ class AveragedEquations:
         return x[:, arrived], values[arrived]
 
     def turning(self, state: np.ndarray) -> bool:
-        """Whether all rotors turn in their senses."""
+        """True if all rotors turn in their senses."""
         return bool((state[~self.phases] > 0).all())
 
     def wrapped(self, state: np.ndarray) -> np.ndarray:
-        """The state with phases in (-pi, pi]."""
+        """Return the state with phases in (-pi, pi]."""
         return np.where(self.phases, math.pi - np.remainder(math.pi - state, 2 * math.pi), state)
 
     def distance(self, states: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Between states (..., n) and another one, in their sizes, turns of phases aside."""
+        """Return the distance between states (..., n) and a reference (n,), scaled, up to whole turns of phases."""
         away = (states - other) / self.sizes
         return np.asarray(np.abs(np.where(self.phases, within_half_a_turn(away), away)).max(axis=-1))
 
     def starts(self) -> np.ndarray:
-        """Phases all around the circle, all rotors at one speed: that of the vibration, or of any motor and below."""
+        """Return starts with phases around the circle, all rotors at one speed: of the vibration, or up to that of a motor."""
         k, machine = int(self.phases.sum()), self.machine
         if k <= 2:
             count = 12 if k == 1 else 8
@@ -157,13 +157,13 @@ class AveragedEquations:
         return np.vstack([np.repeat(grid, len(speeds), axis=0).T, np.tile(speeds, (self.n - k, len(grid)))])
 
     def state_at(self, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:
-        """The state (n,) in which the full machine is, from its own (m,) at a time, all rotors at one speed in magnitude."""
+        """Return the averaged state (n,) of a state (m,) of the full machine at a time, all rotors at one absolute speed."""
         angles, senses = angles_in(machine, state), self.averaged.senses
-        if machine.shaken is not None:  # the phase to the vibration counts from where that is now
+        if machine.shaken is not None:  # the phase is relative to that of the vibration at this time
             angles = {n: a - senses[n] * time * self.pace for n, a in angles.items()}
         return self.averaged.state(angles, {n: senses[n] * speed for n in angles})
 
     def speed(self, states: np.ndarray) -> np.ndarray:
-        """The common speed (N,) in the main rotor's sense: of the vibration, or of the main rotor."""
+        """Return the common speed (N,) in the main rotor's sense: of the vibration, or of the main rotor."""
         name = f"{self.machine.rotor.name}.speed"
         return states[self.names.index(name)] if name in self.names else np.full(states.shape[1], self.pace)

@@ -1,4 +1,4 @@
-"""A machine in which rotors may be entrained: what is swept, within which limits, and from which start."""
+"""Machine in which rotors may be entrained: the swept parameter, its limits, and the start."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from wucht.machines.tree import RotatingBody
 DETUNING = "detuning"
 AMPLITUDE = "carrier.motion.amplitude"
 _REACH = 50  # times the speeds of the machine: far beyond any band
-_LARGEST_AMPLITUDE = 10  # times the machine's own
+_LARGEST_AMPLITUDE = 10  # times the nominal one
 
 
 @dataclass(frozen=True)
 class SweptParameter:
-    """What is swept: a parameter, or the no-load speeds of two motors whose mean stays (``detuning``).
+    """Swept quantity: a parameter, or the no-load speeds of two motors whose mean stays (``detuning``).
 
-    own: the machine's own value. shares: of each parameter, by path, what it is at 0, and how it changes with the value.
+    nominal_value: of the machine. shares: of each parameter, by path, its value at 0, and its change with the swept value.
     """
 
     name: str
@@ -40,25 +40,25 @@ class SweptParameter:
 
     @property
     def size(self) -> float:
-        """The largest of the machine's own value and of what the parameters are at 0."""
+        """Largest of the nominal value and of the parameters at 0, in magnitude."""
         return max(abs(self.own), *(abs(mean) for mean, _ in self.shares.values()))
 
     def values(self, value: float) -> dict[str, float]:
-        """The parameters' values, by path."""
+        """Return the parameters' values, by path."""
         return {path: mean + share * value for path, (mean, share) in self.shares.items()}
 
     def at(self, machine: Machine, value: float) -> Machine:
-        """The machine with this value."""
+        """Return the machine with this value."""
         return machine.with_unchecked(self.values(value))
 
     def refuse(self, machine: Machine, value: float, where: str) -> None:
-        """Raises ``InputError`` where a part does not allow a value."""
+        """Raise ``InputError`` where a part does not allow a value."""
         if self.name == AMPLITUDE and value < 0:
             raise InputError(where, value, "must be an amplitude from 0 on")
         check_values(machine.parts, self.values(value), where, machine.values)
 
     def widest(self, machine: Machine) -> tuple[float, float] | None:
-        """Limits far beyond any band, within which it is looked for; None where nothing tells how far that is."""
+        """Return limits far beyond any band, within which it is searched; None where no scale is known."""
         if self.name == AMPLITUDE:
             return 0.0, _LARGEST_AMPLITUDE * self.own
         if self.name != DETUNING and not self.name.endswith(".no_load_speed"):
@@ -68,7 +68,7 @@ class SweptParameter:
 
 
 def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter:
-    """The parameter of a name, or that which is swept by default. Raises ``InputError``.
+    """Return the parameter of a name, or the one swept by default. Raises ``InputError``.
 
     By default the no-load speed of the main rotor's drive; of two exciters the difference of their motors; of a rotor without
     drive the amplitude of the vibration.
@@ -86,21 +86,21 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
 
 
 def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:
-    """The path of the no-load speed of a rotor's drive, None where it has no such key, or where a gear lies between."""
+    """Return the path of the no-load speed of a rotor's drive, None without such a key, or with a gear between."""
     paths = [d.no_load_path() for d in machine.drives if d.on == rotor.name and d.transmission is None]
     scheduled = {s.parameter for s in machine.schedules}
     return next((p for p in paths if p is not None and p not in scheduled), None)
 
 
 def _two_motors(machine: Machine) -> dict[str, float]:
-    """The paths of the no-load speeds of two motors and the senses of their rotors; empty where there are not just two."""
+    """Return the paths of the no-load speeds of two motors and the senses of their rotors; empty unless there are just two."""
     senses = {no_load_speed(machine, r): sense_of(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
     paths = {path: sense for path, sense in senses.items() if path is not None}
     return paths if len(paths) == len(senses) == 2 else {}
 
 
 def _detuning(machine: Machine) -> SweptParameter:
-    """The second motor's no-load speed less the first one's, in magnitude; their mean stays."""
+    """Return the second motor's no-load speed minus the first one's, in magnitude; their mean stays."""
     motors = _two_motors(machine)
     if not motors:
         raise InputError("study.along", DETUNING, "allowed for a machine with two rotors on drives with a no_load_speed each")
@@ -112,11 +112,11 @@ def _detuning(machine: Machine) -> SweptParameter:
 
 @dataclass(frozen=True)
 class EntrainmentCase:
-    """machine: placed at its start; initial: its state (n,) there; start: as it is stated.
+    """Definition of an entrainment study. machine: at its start; initial: its state (n,) there; start: as stated in the file.
 
-    limits: within which bands are looked for, the machine's own value included. range: that is looked at, None for the band of
+    limits: within which bands are searched, the nominal value included. range: that is examined, None for the band of
     existence and a margin. points: runs from the start, evenly over it. resolution: of the edges, None for a share of it.
-    until: how long a run lasts at least, None for as long as the averaged equations ask.
+    until: least duration of a run, None for that which follows from the averaged equations.
     """
 
     machine: Machine
@@ -140,7 +140,7 @@ class EntrainmentCase:
         resolution: float | None = None,
         until: float | None = None,
     ) -> EntrainmentCase:
-        """The case of a machine. Raises ``InputError`` where nothing can be entrained, or where a value is not allowed."""
+        """Set up the case of a machine. Raises ``InputError`` where nothing can be entrained, or a value is not allowed."""
         check_entrainable(machine)
         limits = range or swept.widest(machine)
         if limits is None:
@@ -152,7 +152,7 @@ class EntrainmentCase:
         placed, initial = placed_at_start(machine, start)
         limits = min(limits[0], swept.own), max(limits[1], swept.own)
         case = cls(placed, initial, start, swept, limits, range, resolution, points, until)
-        if range is None:  # then the band of existence determines it
+        if range is None:  # the band of existence determines it
             try:
                 averaged_machine(case.steady)
             except InputError as error:
@@ -164,12 +164,12 @@ class EntrainmentCase:
 
     @property
     def steady(self) -> Machine:
-        """The machine as its schedules leave it."""
+        """Machine after the end of its schedules."""
         return self.machine.at(self.machine.breakpoints[-1]).changed(schedules=())
 
 
 def check_entrainable(machine: Machine) -> None:
-    """Raises ``InputError`` for machines in which nothing can be entrained."""
+    """Raise ``InputError`` for machines in which nothing can be entrained."""
     if not is_locking(machine):
         needed = "a carrier.motion of amplitude and frequency, or two rotors or more whose speed no drive prescribes"
         raise InputError("machine", None, f"nothing can be entrained: needed is {needed}")

@@ -1,4 +1,4 @@
-"""The band of existence: between which values the averaged equations have a stable motion in which rotors are entrained."""
+"""Band of existence: values between which the averaged equations have a stable motion in which rotors are entrained."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from wucht.numerics.zeros_and_peaks import stretches
 
 STEP = 0.05  # of the arc length: phases in rad, speeds and the parameter by their sizes
 _STEPS = Steps(first=STEP, most=2 * STEP, points=4000)
-_ANYWHERE = 64  # starts from which it is looked where an equilibrium may be
+_ANYWHERE = 64  # starts of the search for an equilibrium at any value
 RANGE = "range"
 
 
@@ -48,7 +48,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Edge:
-    """Where stability ends: the value of the parameter, and how: ``fold``, ``hopf``, ``branch-point``, or ``range`` where the
+    """End of stability: the value of the parameter, and its kind: ``fold``, ``hopf``, ``branch-point``, or ``range`` where the
     range ends.
     """
 
@@ -58,7 +58,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class StableRange:
-    """A stretch of a branch that is stable, from ``low`` to ``high``; points: indices into the branch."""
+    """Stable stretch of a branch, from ``low`` to ``high``; points: indices into the branch."""
 
     branch: int
     low: Edge
@@ -67,7 +67,7 @@ class StableRange:
 
 
 class Continuation:
-    """Equilibria of averaged equations, followed with the parameter."""
+    """Continuation of equilibria of averaged equations with the parameter."""
 
     def __init__(self, equations: AveragedEquations) -> None:
         self.equations = equations
@@ -75,7 +75,7 @@ class Continuation:
         self.problem = Equilibria(equations.equations, equations.limits, _STEPS, turning)
 
     def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[Branch, ...]:
-        """All that pass one of the values, found from many starts there and from states ``more`` (n, N) at the first."""
+        """Follow all branches through the values, from many starts there and from states ``more`` (n, N) at the first."""
         branches: list[Branch] = []
 
         def follow(state: np.ndarray, value: float, share: float) -> None:
@@ -92,7 +92,7 @@ class Continuation:
         return tuple(branches)
 
     def branch(self, state: np.ndarray, value: float) -> Branch:
-        """The branch through an equilibrium, both ways, up to the limits or until it returns."""
+        """Follow the branch through an equilibrium both ways, up to the limits or until it closes."""
         at, e = np.append(state, value), self.problem.equations
         whole = self.problem.branch(self.problem.curve.start(at, direction(e.values(at)[1], e.scale)))
         exponents = np.array([p.eigenvalues for p in whole.points])
@@ -104,7 +104,7 @@ class Continuation:
         return Branch(whole.u[-1], whole.u[:-1], stable, kinds, leaving, whole.closed)
 
     def passes(self, branch: Branch, state: np.ndarray, value: float) -> bool:
-        """Whether an equilibrium lies on a branch."""
+        """True if an equilibrium lies on a branch."""
         v, states = branch.values, branch.states.T
         k = np.flatnonzero((np.minimum(v[1:], v[:-1]) <= value) & (value <= np.maximum(v[1:], v[:-1])))
         width = v[k + 1] - v[k]
@@ -113,7 +113,7 @@ class Continuation:
         return bool((self.equations.distance(between, state) < STEP).any())
 
     def stable_ranges(self, branches: Sequence[Branch]) -> tuple[StableRange, ...]:
-        """All stable stretches."""
+        """Return all stable stretches."""
         ranges = []
         for index, b in enumerate(branches):
             regular = np.flatnonzero([not kind for kind in b.kinds])
@@ -131,14 +131,14 @@ class Continuation:
         return tuple(ranges)
 
     def _anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:
-        """Equilibria at other values than those asked for: one phase is held, and the value that it needs is found."""
+        """Search equilibria at any other values: one phase is held, and the value that it needs is solved for."""
         e, (low, high) = self.equations, self.equations.limits
         states, values = e.with_a_phase_held(e.starts()[:, :_ANYWHERE], value)
         return [(e.wrapped(x), float(v)) for x, v in zip(states.T, values, strict=True) if low <= v <= high and e.turning(x)]
 
 
 def _edge(b: Branch, inside: int, outside: int | None) -> Edge:
-    """Where stability is lost on the way from a stable point to its neighbour: at the special point between them."""
+    """Return where stability is lost between a stable point and its neighbour: at the special point between them."""
     if outside is None:
         return Edge(float(b.values[inside]), RANGE)
     forward = (outside - inside) % len(b.values) <= len(b.values) // 2 if b.closed else outside > inside
@@ -150,18 +150,18 @@ def _edge(b: Branch, inside: int, outside: int | None) -> Edge:
     return Edge(float(b.values[inside]), HOPF if b.leaving[outside].imag else FOLD)
 
 
-_MARGIN = 0.2  # of the band of existence: how far beyond it is looked
-_FIRST, _LARGEST = 0.5, 3.0  # of the threshold, times it or the machine's own amplitude: where more only helps
+_MARGIN = 0.2  # of the band of existence: margin of the examined range
+_FIRST, _LARGEST = 0.5, 3.0  # of the threshold, times it or the nominal amplitude: range where a larger amplitude only helps
 _DOUBLINGS = 8
-_GRID = 9  # values of a given range at which equilibria are looked for
+_GRID = 9  # values of a given range at which equilibria are searched
 
 
 @dataclass(frozen=True)
 class Existence:
-    """What the averaged equations answer: nothing where there are none. band: the stable range that the question is about.
+    """Result of the averaged equations, empty where there are none. band: the stable range of the machine, or nearest to it.
 
-    slowest_rate: at which the slowest disturbance decays in it (1/time), at the machine's own value or the nearest one well
-    inside. phases: there by body, if the machine's own value lies in the band. warnings: what is left out.
+    slowest_rate: at which the slowest disturbance decays in it (1/time), at the nominal value or the nearest one well
+    inside. phases: there by body, if the nominal value lies in the band. warnings: omissions.
     """
 
     equations: AveragedEquations | None = None
@@ -173,7 +173,7 @@ class Existence:
 
 
 def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
-    """Follow all equilibria, and choose the band. own: the run of the machine as it is. senses: +-1 a body.
+    """Follow all equilibria, and choose the band. nominal_run: of the unchanged machine. senses: +-1 per body.
 
     Raises ``InputError`` where the machine has no averaged equations.
     """
@@ -186,12 +186,12 @@ def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, flo
     ranges = work.unit("stable ranges", lambda: continuation.stable_ranges(branches))
 
     def nearest(r: StableRange) -> np.ndarray:
-        """The state (n,) of the point in a range that is nearest to the own value."""
+        """Return the state (n,) of the point in a range that is nearest to the nominal value."""
         b = branches[r.branch]
         return b.states[:, int(r.points[np.abs(b.values[r.points] - value).argmin()])]
 
     def order(r: StableRange) -> tuple[float, float, float]:
-        """The range in which the machine is; else that which is nearest, and of several the widest."""
+        """Return the sorting key: first the range of the machine; else the nearest one, and of several the widest."""
         away = max(r.low.value - value, value - r.high.value, 0.0)
         apart = 0.0 if reached is None else float(equations.distance(nearest(r), reached))
         return away, round(apart, 3), r.low.value - r.high.value
@@ -211,7 +211,7 @@ def existence(case: EntrainmentCase, own: RunFromStart, senses: Mapping[str, flo
 
 
 def _values(case: EntrainmentCase, senses: Mapping[str, float]) -> list[float]:
-    """Where equilibria are looked for: at the machine's own value, and where no torque is needed for entrainment."""
+    """Return the values of the search for equilibria: the nominal one, and where entrainment needs no torque."""
     machine, swept = case.machine, case.swept
     values, paths = [swept.own], {no_load_speed(machine, r): r for r in machine.rotors}
     if swept.name == DETUNING:
@@ -230,7 +230,7 @@ def _values(case: EntrainmentCase, senses: Mapping[str, float]) -> list[float]:
 
 
 def range_around(case: EntrainmentCase, band: StableRange | None) -> tuple[float, float]:
-    """The range to be looked at where none is given: the band of existence and a margin, the machine's own value included."""
+    """Return the range to examine where none is given: the band of existence and a margin, including the nominal value."""
     own, (least, most) = case.swept.own, case.limits
     if band is not None and case.swept.name == AMPLITUDE:
         return _FIRST * band.low.value, _LARGEST * max(own, band.low.value if band.low.kind != "range" else 0.0)
@@ -240,7 +240,7 @@ def range_around(case: EntrainmentCase, band: StableRange | None) -> tuple[float
 
 
 def threshold(case: EntrainmentCase, existing: Existence, work: Work) -> float | None:
-    """The least amplitude of the vibration that entrains the main rotor against its drive and its bearing: 001 (25)."""
+    """Return the least amplitude of the vibration that entrains the main rotor against drive and bearing: 001 (25)."""
     if existing.equations is None or case.machine.shaken is None:
         return None
     if case.swept.name == AMPLITUDE:

@@ -1,4 +1,4 @@
-"""The full equations: periodic motions in which rotors are entrained, their phases and stability, and where they end."""
+"""Periodic motions of the full equations in which rotors are entrained, their phases and stability, and where they end."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above
-_MOST_STEPS, _FEW_STEPS = 25, 8  # of Newton's method: from the end of a run, from a neighbour's motion
-_JUMP = 0.5  # rad: a neighbour's phase is not so far away
+_MOST_STEPS, _FEW_STEPS = 25, 8  # of Newton's method: from the end of a run; from a neighbouring motion
+_JUMP = 0.5  # rad: phases of neighbouring motions are nearer than this
 
 
 @dataclass(frozen=True)
 class LockedMotion:
-    """A periodic motion. phases: of each body of ``bodies_with_phase``, mean over a period, rad. speed: common, in magnitude.
+    """Periodic motion. phases: of each body of ``bodies_with_phase``, mean over a period, rad. speed: common, in magnitude.
 
-    multiplier: the largest modulus of a multiplier that is not 1 for reasons of form.
+    multiplier: the largest modulus of a nontrivial multiplier.
     """
 
     value: float
@@ -38,15 +38,15 @@ class LockedMotion:
 
     @property
     def stable(self) -> bool:
-        """Whether all disturbances decay."""
+        """True if all disturbances decay."""
         return self.multiplier < 1
 
 
 def bodies_with_phase(machine: Machine) -> list[str]:
-    """The bodies that have a phase: all but the main rotor, and that one too where the carrier is shaken.
+    """Return the bodies that have a phase: all but the main rotor, and that one too where the carrier is shaken.
 
-    The phase of a body that turns about a rotor is that to this rotor, of another rotor that to the main one, of the main rotor
-    that to the vibration.
+    The phase of a body that turns about a rotor is relative to this rotor, of another rotor to the main one, of the main
+    rotor to the vibration.
     """
     return [b.name for b in machine.bodies if machine.shaking_frequency is not None or b is not machine.rotor]
 
@@ -54,7 +54,7 @@ def bodies_with_phase(machine: Machine) -> list[str]:
 class LockedMotions:
     """Locked motions of a machine along a parameter, as its schedules and releases leave it at a time.
 
-    senses: +-1 a body, in which they turn. time: at which they begin. It does not change once it is made.
+    senses: +-1 per body, in which they turn. time: at which they begin. Immutable after its construction.
     """
 
     def __init__(self, case: EntrainmentCase, senses: Mapping[str, float], time: float) -> None:
@@ -68,7 +68,7 @@ class LockedMotions:
         self.advance[list(self.angles.values())] = [2 * math.pi * senses[name] for name in self.angles]
 
     def motion(self, value: float, guess: np.ndarray, speed: float, most_steps: int = _MOST_STEPS) -> LockedMotion:
-        """The motion at a value near a state (n,). Raises ``WuchtError`` where there is none."""
+        """Compute the motion at a value near a state (n,). Raises ``WuchtError`` where there is none."""
         machine, frequency = self.machine, self.machine.shaking_frequency
         values = self.swept.at(machine, value).values
         orbit = periodic_orbit(
@@ -90,9 +90,9 @@ class LockedMotions:
     def followed(
         self, seed: LockedMotion, goals: Sequence[float], resolution: float, work: Work
     ) -> Iterator[tuple[tuple[LockedMotion, ...], float | None]]:
-        """Follow a motion through values (all on one side): the motions so far, and where they end, None while they do not.
+        """Follow a motion through values (all on one side); yield the motions so far, and where they end, or None.
 
-        The step is halved where there is none, until the end is known to the resolution.
+        The step is halved where there is no motion, until the end is known to the resolution.
         """
         motions: tuple[LockedMotion, ...] = ()
         at, before = seed, None
@@ -113,9 +113,9 @@ class LockedMotions:
             yield motions, None
 
     def _near(self, at: LockedMotion, value: float, before: LockedMotion | None) -> LockedMotion | None:
-        """The motion at another value that continues a known one; None where none that is stable does.
+        """Return the stable motion at another value that continues a known one; None where there is none.
 
-        before: one on the other side of the known one, to aim better.
+        before: a motion on the other side of the known one, to extrapolate from.
         """
         guess = at.orbit.state
         if before is not None and before.value != at.value:

@@ -1,4 +1,4 @@
-"""The full equations: runs from the start along a parameter, and the band in which they end with the rotors entrained."""
+"""Runs of the full equations from the start along a parameter, and the band in which they end with the rotors entrained."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.zeros_and_peaks import stretches
 
-_PERIODS = 200  # of a run, if nothing says how long
+_PERIODS = 200  # of a run, if nothing else determines its duration
 _TIMES = 25.0  # decay times of the slowest disturbance
 _MOST_PERIODS = 20_000
 _DOUBLINGS = 5
@@ -34,10 +34,10 @@ _PROBES = 8  # runs to each side of an edge, over the distance of two values of 
 
 @dataclass(frozen=True)
 class RunFromStart:
-    """A run from the start. until: how long it was asked to be. end_time, end_state (n,): where it ended.
+    """Run from the start. until: the requested duration. end_time, end_state (n,): where it ended.
 
     free_speed: of the main rotor without vibration. mean_speed: of the main rotor over the window, with its sign. speeds,
-    phases: as in ``Locked``, empty where the main rotor does not turn; creep: by how much the phase moved in the second half
+    phases: as in ``Locked``, empty where the main rotor does not turn; creep: change of the phase in the second half
     of the window, rad. Speeds are NaN where there are none.
     """
 
@@ -59,20 +59,20 @@ class RunsFromStart:
     """Runs of a machine from its start along a parameter.
 
     senses: in which rotors must turn to count as entrained; None: in any. rate: of the slowest disturbance (1/time). period:
-    of the vibration, or of the fastest rotor. duration: how long a run lasts at least, as asked, or as that disturbance needs.
+    of the vibration, or of the fastest rotor. duration: least duration of a run, as requested, or as that disturbance needs.
     """
 
     def __init__(self, case: EntrainmentCase, senses: Mapping[str, float] | None = None, rate: float | None = None) -> None:
         machine = case.machine
         self.case, self.senses = case, senses
-        # Without the balance of energy, which nothing here asks for.
+        # Without the energy balance, which is not used here.
         self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=release_events(machine))
         self.period = 2 * math.pi / (machine.shaking_frequency or operating_speed(machine))
         wanted = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
         self.duration = case.until or min(wanted, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
 
     def __call__(self, value: float, progress: Callable[[float], None]) -> RunFromStart:
-        """The run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
+        """Run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
 
         Raises ``KeyboardInterrupt`` where the user has stopped it.
         """
@@ -92,7 +92,7 @@ class RunsFromStart:
         return self._judged(machine, value, leg.stored, seen, means)
 
     def _grids(self, begin: float, end: float) -> Iterator[np.ndarray]:
-        """Samples to store, of which a run may have any number: so many at a time."""
+        """Yield the sample times of a run in portions, as their number is unlimited."""
         count = math.ceil((end - begin) / (_PERIODS * self.period))
         for first in range(0, count, _AT_ONCE):
             last = min(first + _AT_ONCE, count)
@@ -111,7 +111,7 @@ class RunsFromStart:
             half = seen.main.last(0.5)
             window = float(half.time[0]), float(half.time[-1])
             return replace(run, window=window, mean_speed=float(np.ptp(half.angle[[0, -1]])) / (window[1] - window[0]))
-        # A phase that creeps past a bottleneck beyond the band is no lock, though no longer run is made.
+        # A phase that creeps past a bottleneck beyond the band is not locked, even if no longer run is made.
         steady = means.evidence.locked is True and means.creep < _STEADY
         entrained = steady and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
@@ -131,7 +131,7 @@ class RunsFromStart:
 
 
 def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:
-    """In which sense the bodies turn: as in an entrained run, as they start (n,), or as they are driven."""
+    """Return the sense in which each body turns: as in an entrained run, as in the initial state (n,), or as driven."""
     senses = {}
     for rotor in machine.rotors:
         speed = (own.entrained and own.speeds[rotor.name]) or float(initial[machine.row(rotor.coordinate.velocity)])
@@ -141,10 +141,10 @@ def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[
 
 @dataclass(frozen=True)
 class CaptureBand:
-    """The values between which runs from the start end entrained.
+    """Band of values in which runs from the start end entrained.
 
-    brackets: of the lower and the upper edge the last value within and its neighbour beyond, None for an edge beyond what was
-    looked at. islands: other such bands that were met, (low, high) of values that were run.
+    brackets: for the lower and the upper edge the last value within and its neighbour beyond, None for an edge beyond the
+    examined range. islands: other such bands, (low, high) of values that were run.
     """
 
     brackets: tuple[tuple[float, float] | None, ...]
@@ -152,12 +152,12 @@ class CaptureBand:
 
     @property
     def edges(self) -> tuple[float | None, ...]:
-        """The lower and the upper edge."""
+        """Lower and upper edge."""
         return tuple(None if b is None else sum(b) / 2 for b in self.brackets)
 
 
 def capture_band(runs: Sequence[RunFromStart], own: float) -> CaptureBand | None:
-    """The band around a value, else the widest one, of runs in increasing order of theirs; None where none is entrained."""
+    """Return the band around a value, else the widest one, of runs sorted by their values; None where none is entrained."""
     values = [r.value for r in runs]
     groups = [(begin, end - 1) for begin, end in stretches(np.array([r.entrained for r in runs], bool))]
     groups.sort(key=lambda g: (not values[g[0]] <= own <= values[g[1]], values[g[0]] - values[g[1]]))
@@ -169,9 +169,9 @@ def capture_band(runs: Sequence[RunFromStart], own: float) -> CaptureBand | None
 
 
 def values_to_run(runs: Sequence[RunFromStart], own: float, resolution: float) -> Iterator[float]:
-    """The values to run after a scan of the range, until both edges of the band are known to the resolution.
+    """Yield the values to run after a scan of the range, until both edges of the band are known to the resolution.
 
-    Each run is to be inserted before the next value is asked for. Around the edges it is looked once more: the boundary of a
+    Each run is to be inserted before the next value is requested. Around the edges further values are run: the boundary of a
     basin often has gaps and islands.
     """
 

@@ -1,1 +1,1 @@
-"""Exciters at their resonance: the load that their beating makes, their design for one, and specimens that fail on them."""
+"""Exciters at resonance: the load spectrum of their beats, the design for a spectrum, and specimens that fail on them."""

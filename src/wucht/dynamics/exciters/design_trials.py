@@ -1,4 +1,4 @@
-"""Candidates of a design: what they do in the averaged and the full equations, and how far their spectra are from a target."""
+"""Candidates of a design: their motion in averaged and full equations, and the distance of their spectra from a target."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from wucht.machines.machine import Machine
 BEATING = (Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED)
 METRICS = ("amplitude", "cumulative", "damage")
 _NO_DISTANCE = (np.nan,) * len(METRICS)
-_FAR = 1e3  # a distance that is larger than any: of a candidate that does not beat
+_FAR = 1e3  # larger than any distance: of a candidate that does not beat
 _SIMPLEX = 0.05  # of a range: the first step of a local search
-_CLOSE = 1e-7  # of a range, and in the distance: where it ends
+_CLOSE = 1e-7  # of a range, and in the distance: tolerance of a local search
 
 
 @dataclass(frozen=True)
 class Tried:
-    """P candidates. numbers: the values of the variables (P, k). distances: by each of ``METRICS`` (P, 3), not a number where a
-    candidate does not beat. motion (P,): places in ``MOTIONS``. upper, ratio, fullness (P,): see ``Beat``."""
+    """Evaluated candidates (P). numbers: values of the variables (P, k). distances: by each of ``METRICS`` (P, 3), nan where
+    a candidate does not beat. motion (P,): indices into ``MOTIONS``. upper, ratio, fullness (P,): see ``Beat``."""
 
     numbers: np.ndarray
     distances: np.ndarray
@@ -44,7 +44,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Polished:
-    """Where a local search ended: values of the variables (k,), and the distance there."""
+    """Result of a local search: values of the variables (k,), and the distance there."""
 
     numbers: np.ndarray
     distance: float
@@ -52,9 +52,9 @@ class Polished:
 
 @dataclass(frozen=True)
 class Checked:
-    """A candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
+    """Candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
     (m,): rainflow cycles of the full equations over ``duration``. distances: of these from the target, by each of ``METRICS``
-    (3,). outcome: what becomes of the exciter. beats: whether it is one of those that beat. why: the run ended early."""
+    (3,). outcome: of the run. beats: True if it is one of those that beat. reason: of an early end of the run."""
 
     numbers: np.ndarray
     slow: Beat
@@ -68,13 +68,13 @@ class Checked:
 
     @property
     def cycles(self) -> Cycles:
-        """Of the full equations."""
+        """Cycles of the full equations."""
         return Cycles(self.ranges, np.zeros(len(self.ranges)), self.counts)
 
 
 @dataclass(frozen=True)
 class Trials:
-    """How candidates of a machine are tried. metric: the column of the distance that is to be small. slope: of damages."""
+    """Evaluation of the candidates of a machine. metric: the column of the minimised distance. slope: of the Woehler line."""
 
     machine: Machine
     variables: tuple[Variable, ...]
@@ -83,11 +83,11 @@ class Trials:
     slope: float
 
     def of(self, numbers: np.ndarray) -> Machine:
-        """The machine of a candidate (k,). Raises ``InputError`` where its parts do not allow it."""
+        """Return the machine of a candidate (k,). Raises ``InputError`` where its parts do not allow it."""
         return self.machine.with_values(values_at(self.machine, self.variables, numbers.tolist()))
 
     def beat(self, numbers: np.ndarray) -> Beat:
-        """What a candidate (k,) does."""
+        """Return the beat of a candidate (k,)."""
         try:
             machine = self.of(numbers)
         except InputError as error:
@@ -95,7 +95,7 @@ class Trials:
         return self.rig.beat(machine)
 
     def tried(self, numbers: np.ndarray, target: Cycles, report: Callable[[float], None]) -> Tried:
-        """Candidates (P, k)."""
+        """Evaluate candidates (P, k)."""
         beats = list[Beat]()
         for k, row in enumerate(numbers):
             report(k / len(numbers))
@@ -109,15 +109,15 @@ class Trials:
         )
 
     def values(self, shares: np.ndarray) -> np.ndarray:
-        """Values (P, k) at shares (P, k), 0 to 1, of the ranges."""
+        """Return values (P, k) at shares (P, k), 0 to 1, of the ranges."""
         return np.stack([v.at(shares[:, k]) for k, v in enumerate(self.variables)], axis=1)
 
     def shares(self, numbers: np.ndarray) -> np.ndarray:
-        """Where values (k,) lie in their ranges (k,)."""
+        """Return the shares (k,) of values (k,) in their ranges."""
         return np.array([v.share(float(x)) for v, x in zip(self.variables, numbers, strict=True)])
 
     def polished(self, start: np.ndarray, target: Cycles, evaluations: int, report: Callable[[float], None]) -> Polished:
-        """The best near a candidate (k,): J. A. Nelder and R. Mead, Computer Journal 7 (1965) 308-313."""
+        """Search the best near a candidate (k,): J. A. Nelder and R. Mead, Computer Journal 7 (1965) 308-313."""
         from scipy.optimize import minimize
 
         begin, done = np.clip(self.shares(start), 0.0, 1.0), 0
@@ -153,10 +153,10 @@ def checked(trials: Trials, numbers: np.ndarray, target: Cycles, beats: int, wor
 
 
 def distances(cycles: Cycles, target: Cycles, slope: float) -> tuple[float, float, float]:
-    """Of a spectrum from the one that is wanted, by each of ``METRICS``: it is run as long as it takes to have as many cycles.
+    """Return the distances of a spectrum from the target by ``METRICS``, scaled to the target's number of cycles.
 
-    The last one compares the damages that all cycles above an amplitude do, where N is proportional to S^-slope, as the
-    cumulative one compares their numbers; so neither the sum may be another one nor the amplitudes that do it.
+    The last one compares the damage of all cycles above an amplitude, with N proportional to S^-slope, as the cumulative one
+    compares their number: both the total damage and the amplitudes that cause it have to agree.
     """
     if not cycles.total:
         return np.inf, np.inf, np.inf
@@ -168,6 +168,6 @@ def distances(cycles: Cycles, target: Cycles, slope: float) -> tuple[float, floa
 
 
 def damaging(cycles: Cycles, target: Cycles, slope: float) -> Cycles:
-    """The cycles with their damages for counts, those of the target's largest amplitude being 1."""
+    """Return the cycles with their damages as counts, that of the target's largest amplitude being 1."""
     line = WoehlerLine(slope, 1.0, target.largest / 2, slope)
     return replace(cycles, counts=line.damages(cycles))

@@ -1,7 +1,7 @@
-"""A machine whose stiffness falls while it runs: by its schedules, or with the damage that has been counted so far.
+"""Machine whose stiffness falls while it runs: by its schedules, or with the damage that has been counted so far.
 
-Between two looks at the damage the stiffness is constant. At each look it may jump at the state of the moment: what the spring
-then holds less is energy that leaves the machine, and is booked as work of the stiffness, as a schedule's is.
+Between two checks of the damage the stiffness is constant. At each check it may jump at the current state: the energy that the
+spring then loses leaves the machine, and is booked as work of the stiffness, as that of a schedule.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ _LOOKS_A_UNIT = 50
 
 @dataclass(frozen=True)
 class FallingStiffness:
-    """How the stiffness falls with the damage D. value: of the whole specimen. remaining: share that is left in the end.
-    at_once: when D reaches 1; else by the share D of what is lost in all."""
+    """Law of the stiffness over the damage D. value: of the whole specimen. remaining: share that is left in the end.
+    at_once: the stiffness falls when D reaches 1; else in proportion to D."""
 
     parameter: str
     value: float
@@ -39,16 +39,16 @@ class FallingStiffness:
     at_once: bool
 
     def at(self, damage: float) -> float:
-        """The stiffness at a damage."""
+        """Return the stiffness at a damage."""
         lost = float(damage >= 1.0) if self.at_once else min(damage, 1.0)
         return self.value * (1 - lost * (1 - self.remaining))
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """What was seen at the samples (N,) of a run, the first at its begin: the angle of the main rotor, the stiffness as a share
-    of the first, the damage, the largest and the smallest value of the load since the sample before (nan where it did not turn
-    back), the residual of the energy balance, and the work of the changing stiffness."""
+    """Time series at the samples (N,) of a run, the first at its begin: angle of the main rotor, stiffness as a share of
+    the first, damage, largest and smallest value of the load since the sample before (nan without a reversal), the
+    residual of the energy balance, and the work of the changing stiffness."""
 
     time: np.ndarray
     angle: np.ndarray
@@ -61,16 +61,16 @@ class Course:
 
     @classmethod
     def of(cls, parts: list[Course]) -> Course:
-        """One of several that follow each other."""
+        """Join several that follow each other."""
         names = cls.__dataclass_fields__
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a run stands. last: its motion. damage: None where nothing is counted. balance: of the energy. jumped: work of the
-    stiffness at its jumps. broken: when the damage reached 1, at the look that found it. begun: the verdict on the motion when
-    the stiffness began to fall."""
+    """State of a run. last: its motion. damage: None where nothing is counted. balance: of the energy. jump_work: of the
+    stiffness at its jumps. broken: time of the check at which the damage had reached 1. onset: the motion when the stiffness
+    began to fall."""
 
     last: Leg[SignalObservation]
     balance: EnergyBalance
@@ -82,7 +82,7 @@ class Standing:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A unit of work: where it ends, and what was seen in it."""
+    """Unit of work: the state at its end, and its time series."""
 
     standing: Standing
     course: Course
@@ -90,7 +90,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class FailingRun:
-    """A run so far. verdict: on its end; before: on the motion when the stiffness began to fall, None where it has not."""
+    """Run so far. verdict: on its end; verdict_before: on the motion when the stiffness began to fall, None if it has not."""
 
     course: Course
     standing: Standing
@@ -99,18 +99,18 @@ class FailingRun:
 
     @property
     def failure(self) -> str | None:
-        """Why it ended early."""
+        """Reason of an early end of the run."""
         return self.standing.last.stored.failure
 
 
 @dataclass(frozen=True)
 class FailingMachine:
-    """A machine that is ready to run.
+    """Machine that is ready to run.
 
-    initial: the state (n,) from which it starts. step: between samples; count: how many; per_look: of them between two looks at
-    the damage. damage, falling: of the load, and what that does to the stiffness; None: a schedule makes it fall. scheduled:
-    then the share of the stiffness (N,) at times (N,). begin: until when the motion is that before the failure; None: until the
-    stiffness falls.
+    initial: the state (n,) from which it starts. step: between samples; count: their number; samples_per_check: between two
+    checks of the damage. damage, falling: of the load, and the law of the stiffness; None: a schedule makes it fall. schedule:
+    then the share of the stiffness (N,) at times (N,). begin: end of the motion before the failure; None: when the stiffness
+    falls.
     """
 
     machine: Machine
@@ -126,7 +126,7 @@ class FailingMachine:
 
     @property
     def compiled(self) -> CompiledSystem:
-        """The equations."""
+        """Compiled equations."""
         return self.watched.compiled
 
     @cached_property
@@ -135,7 +135,7 @@ class FailingMachine:
         return self.machine.system.parameter_names.index(self.falling.parameter)
 
     def run(self, work: Work) -> Iterator[FailingRun]:
-        """The run after each unit of work."""
+        """Run; yield the result after each unit of work."""
         first = self.watched.begin(self.initial, self.machine.system.values(self.machine.values))
         standing = Standing(first, EnergyBalance(), self.damage)
         balance, course = self._seen(standing, first.stored)
@@ -163,7 +163,7 @@ class FailingMachine:
         return Stretch(standing, Course.of(courses))
 
     def _look(self, standing: Standing, grid: np.ndarray) -> tuple[Standing, Course]:
-        """The motion over a grid at constant stiffness, and what becomes of that at its end."""
+        """Run over a grid at constant stiffness, then update the stiffness."""
         begun = standing.begun
         if begun is None and self.begin is not None and grid[-1] > self.begin:
             begun = standing.last
@@ -181,7 +181,7 @@ class FailingMachine:
         return self._fallen(replace(standing, balance=balance)), course
 
     def _fallen(self, standing: Standing) -> Standing:
-        """With the stiffness that the damage leaves, and the energy that goes with its change."""
+        """Update the stiffness to the damage, and book the energy of its change."""
         if self.falling is None or standing.damage is None or standing.last.stored.ended:
             return standing
         stored, total = standing.last.stored, standing.damage.total
@@ -202,7 +202,7 @@ class FailingMachine:
         return np.asarray(self.compiled.outputs(motion.time, motion.states, motion.parameters)["stored_energy"])
 
     def _seen(self, standing: Standing, motion: Trajectory) -> tuple[EnergyBalance, Course]:
-        """At the samples of a motion, the first of which is the last of the motion before."""
+        """Return balance and time series at the samples of a motion, the first of which is the last of the motion before."""
         time, works = motion.time, motion.quadratures
         carried = works.get(SCHEDULED, np.zeros(len(time))) + standing.jumped
         balance, residual = standing.balance.after(self._energy(motion), np.array([works[SUPPLIED], carried]), works[LOST])
@@ -217,7 +217,7 @@ class FailingMachine:
         return balance, Course(time, angle, self._stiffness(motion), total, highest, lowest, residual, carried)
 
     def _stiffness(self, motion: Trajectory) -> np.ndarray:
-        """As a share of that of the whole specimen."""
+        """Return the stiffness as a share of that of the whole specimen."""
         if self.falling is not None:
             return np.full(len(motion.time), motion.parameters[self._row] / self.falling.value)
         assert self.scheduled is not None
@@ -227,12 +227,12 @@ class FailingMachine:
         verdict = self._judged(standing.last, self._now(standing))
         if (begun := standing.begun) is None:
             return FailingRun(Course.of(courses), standing, verdict, None)
-        # As if nothing came after it: the machine as it was then.
+        # The machine as it was then, without its later schedules.
         then = self.machine.at(begun.stored.end_time).changed(schedules=())
         return FailingRun(Course.of(courses), standing, verdict, self._judged(begun, then))
 
     def _now(self, standing: Standing) -> Machine:
-        """The machine with the stiffness that it has in the end."""
+        """Return the machine with its final stiffness."""
         if self.falling is None:
             return self.machine
         return self.machine.with_unchecked({self.falling.parameter: float(standing.last.stored.parameters[self._row])})

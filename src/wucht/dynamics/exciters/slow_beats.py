@@ -1,4 +1,4 @@
-"""A beat of the averaged equations, and the load spectrum that it makes."""
+"""Beats of the averaged equations, and their load spectrum."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ Motion = Literal["modulated", "steady", "unsettled", "failed", "not-allowed"]
 MOTIONS: tuple[Motion, ...] = ("modulated", "steady", "unsettled", "failed", "not-allowed")
 _FIRST_TURNS, _RUNS = 30.0, 12  # of the slowest free vibration, in the first run; runs, each twice as long
 _SAMPLES = 4001  # of each run
-_REPEATS = 8  # how often a beat in which no angle turns is passed in a run, at least
+_REPEATS = 8  # least number of passages, in a run, of a beat in which no angle turns
 _SETTLING, _PER_BEAT = 6, 600  # beats after the motion repeats itself, and samples in each
-_PLACES, _FINE = 240, 2400  # of a beat, at which the signal is looked at; and at which it is known by splines between these
+_PLACES, _FINE = 240, 2400  # of a beat, at which the signal is evaluated; and at which it is interpolated by splines
 _TURN = 8  # angles of the rotor at each of them
 _BEATS = 1e-6  # relative: an amplitude that changes by less does not beat
 
 
 @dataclass(frozen=True, eq=False)
 class Beat:
-    """What a machine does in the averaged equations, started as asked.
+    """Motion of a machine in the averaged equations from a start.
 
     motion: one of ``MOTIONS``. begin: the time after which it repeats itself. period: of a beat. time, amplitude, rate (n,): in
-    the middle of equal parts of it, the amplitude of the signal's first harmonic and its cycles per unit of time. why: it is
-    none.
+    the middle of equal parts of it, the amplitude of the signal's first harmonic and its cycles per unit of time. reason: why
+    there is no beat.
     """
 
     motion: Motion
@@ -50,23 +50,23 @@ class Beat:
 
     @property
     def cycles(self) -> Cycles:
-        """Of one beat: the signal is a vibration whose amplitude changes slowly, so that each period of it is a cycle."""
+        """Cycles of one beat: the signal is a vibration with slowly changing amplitude, so each period of it is a cycle."""
         counts = self.rate * self.period / max(len(self.rate), 1)
         return Cycles(2 * self.amplitude, np.zeros(len(counts)), counts)
 
     @property
     def upper(self) -> float:
-        """The largest amplitude; not a number where there is no beat."""
+        """Largest amplitude; nan where there is no beat."""
         return float(self.amplitude.max(initial=-np.inf)) if len(self.amplitude) else np.nan
 
     @property
     def ratio(self) -> float:
-        """The smallest amplitude over the largest."""
+        """Ratio of the smallest amplitude to the largest."""
         return float(self.amplitude.min()) / self.upper if len(self.amplitude) else np.nan
 
     @property
     def fullness(self) -> float:
-        """Where the mean amplitude of the cycles lies between the smallest (0) and the largest (1)."""
+        """Position of the mean amplitude of the cycles between the smallest (0) and the largest (1)."""
         if not len(self.amplitude):
             return np.nan
         low, high = float(self.amplitude.min()), self.upper
@@ -75,7 +75,7 @@ class Beat:
 
 @dataclass(frozen=True)
 class Rig:
-    """How an exciter is looked at: from which start, by which signal, in which averaged equations."""
+    """Settings of an exciter's evaluation: the start, the signal, and the averaged equations."""
 
     signal: str
     direction: str | None
@@ -84,7 +84,7 @@ class Rig:
     tolerance: float
 
     def beat(self, machine: Machine) -> Beat:
-        """What an exciter does. Raises ``InputError`` for a machine without averaged equations or without that signal."""
+        """Return the beat of an exciter. Raises ``InputError`` without averaged equations, or without the signal."""
         state = initial_state(machine, self.start)
         slow = averaged_machine(machine, self.inertia)
         found = self._repeating(slow, slow.state(angles_in(machine, state), speeds_in(machine, state)))
@@ -94,7 +94,7 @@ class Rig:
         return self._seen(slow, begin, period, trajectory)
 
     def _repeating(self, slow: AveragedMachine, state: np.ndarray) -> Beat | tuple[float, float, Trajectory]:
-        """Until the motion repeats itself: when, with which period, and one period of it at the middles of equal parts."""
+        """Run until the motion repeats itself: time, period, and one period of it at the middles of equal parts."""
         system, parameters = slow.system, slow.values()
         compiled = compile_system(system, self.tolerance)
         turning = np.array([s in system.angles for s in system.states])
@@ -119,7 +119,7 @@ class Rig:
     def _settled(
         self, slow: AveragedMachine, state: np.ndarray, found: Recurrence, turning: np.ndarray
     ) -> tuple[float, Trajectory] | None:
-        """The period, and the motion over it, some beats later; None where it does not repeat itself then."""
+        """Return the period, and the motion over it, some beats later; None where it does not repeat itself then."""
         compiled, parameters = compile_system(slow.system, self.tolerance), slow.values()
         grid = np.linspace(0.0, _SETTLING * found.period, _SETTLING * _PER_BEAT + 1)
         run = integrate(compiled, state, parameters, grid).uninterrupted()
@@ -131,7 +131,7 @@ class Rig:
         return None if last.failure is not None else (again.period, last)
 
     def _seen(self, slow: AveragedMachine, begin: float, period: float, motion: Trajectory) -> Beat:
-        """The first harmonic of the signal over the main rotor's angle, at each place of the beat."""
+        """Return the beat from the first harmonic of the signal over the main rotor's angle, at each place of the beat."""
         machine, time, states = slow.machine, motion.time[1:], motion.states[:, 1:]
         signal, full = machine_signal(machine, self.signal, self.direction), FullMotion(slow)
         parameters = np.array(machine.system.values(machine.values))
@@ -144,7 +144,7 @@ class Rig:
         amplitude = np.abs(harmonic)
         if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
             return Beat("steady", begin, why="the amplitude does not beat")
-        # The vibration turns with the rotor's angle and its own phase, which gains what the shaking force loses in a beat.
+        # The vibration turns with the rotor's angle plus its phase, which gains what the shaking force loses in a beat.
         names = slow.system.output(f"speed[{slow.equations.bodies.names[0]}]").expression
         speed = Evaluator.of(slow.system, [names], ["speed"])(time, states, motion.parameters)["speed"]
         step = period / _PLACES
@@ -158,7 +158,7 @@ class Rig:
 
 
 def _between(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:
-    """Of a function with a period, known at times (n,): at others (k,), by a periodic cubic spline."""
+    """Interpolate a periodic function, known at times (n,), at other times (k,), by a periodic cubic spline."""
     from scipy.interpolate import CubicSpline
 
     closed = np.append(time, time[0] + period), np.append(values, values[0])

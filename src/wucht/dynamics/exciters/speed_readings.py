@@ -27,8 +27,8 @@ _SAMPLES = 2000
 
 @dataclass(frozen=True)
 class AveragedSpeed:
-    """speed: of the main rotor, signed. kind: the steady state that is nearest, stable or not, or the mean of a beating motion.
-    reason: why there is none. next_stable: the speed of the nearest stable steady state, where it is another one."""
+    """Speed by the averaged equations. speed: of the main rotor, signed. kind: the nearest steady state, stable or not, or the
+    mean of a beating motion. reason: why there is none. next_stable: the speed of the nearest stable state, if another one."""
 
     speed: float | None
     kind: str = ""
@@ -45,9 +45,9 @@ def averaged_speed(
     tolerance: float,
     engine: str | None,
 ) -> AveragedSpeed:
-    """What the averaged equations give instead of a mean speed.
+    """Return the speed by the averaged equations that corresponds to a mean speed of the full ones.
 
-    machine: as it is then. near: the mean speed of the full equations. beats: whether that is one of a beating motion; then the
+    machine: as it is then. near: the mean speed of the full equations. beats: True if that is one of a beating motion; then the
     averaged equations run from ``start``, a state (n,) of the machine on that motion, for a time, and the mean is taken over
     the end of it. span: these two times.
     """
@@ -91,17 +91,17 @@ def _beating(
     return AveragedSpeed(model.slow.senses[name] * mean, BEATING)
 
 
-FEWEST = 10  # readings, of which a speed is told
-_MOST_NORMAL = 256  # readings before the failure that are taken as what comes again and again
-_EVEN = 1e-3  # of the noise: readings that differ less are one
-_CERTAIN = 0.9999  # the probability at which it is enough
-_POINTS = 1000  # of the probability, beyond the readings that are followed one by one
+FEWEST = 10  # readings that determine a speed
+_MOST_NORMAL = 256  # readings before the failure that are repeated periodically
+_EVEN = 1e-3  # of the noise: readings that differ by less are equal
+_CERTAIN = 0.9999  # sufficient probability of an alarm
+_POINTS = 1000  # of the probability curve, beyond the readings that are followed one by one
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """The mean speeds (n,) over the sensor's intervals, without noise. time (n,): at the end of each. normal, changed (n,):
-    which of them are taken for the speed before the failure, and for that after it. before, after: these speeds, means over
+    """Mean speeds (n,) over the sensor's intervals, without noise. time (n,): at the end of each. normal, abnormal (n,): masks
+    of those that are used for the speed before the failure, and for that after it. before, after: these speeds, means over
     beats; None where the readings are too few. beating: the standard deviation of the readings before the failure, wherever in
     a beat they begin."""
 
@@ -114,11 +114,11 @@ class Readings:
     beating: float
 
     def deviation(self, noise: float) -> float:
-        """The standard deviation of the readings before the failure: of the noise, and of the beating."""
+        """Return the standard deviation of the readings before the failure: of the noise, and of the beating."""
         return float(np.hypot(noise, self.beating))
 
     def signal(self, noise: float) -> float | None:
-        """The change of speed over the standard deviation of the readings; None where there is no speed before or after."""
+        """Return the change of speed over the standard deviation of the readings; None without a speed before or after."""
         if self.before is None or self.after is None:
             return None
         return abs(self.after - self.before) / self.deviation(noise)
@@ -126,8 +126,8 @@ class Readings:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Of time: from when to when the speed before and after the failure is taken, None where there is none; when the chart
-    begins to count what is no false alarm; and when the specimen failed, None where it did not."""
+    """Time windows. normal, abnormal: of the speed before and after the failure, None if there is none. monitoring_start: from
+    which alarms count as true. failure_time: None where the specimen did not fail."""
 
     normal: tuple[float, float] | None
     changed: tuple[float, float] | None
@@ -136,11 +136,11 @@ class Windows:
 
 
 def readings_of(time: np.ndarray, angle: np.ndarray, interval: float, windows: Windows) -> Readings:
-    """From the angle (N,) of the rotor at samples whose spacing is a whole part of the interval."""
+    """Return the readings from the angle (N,) of the rotor at samples whose spacing is a whole part of the interval."""
     every = round(interval / (time[1] - time[0])) if len(time) > 1 else 1
     at, turned = time[::every], angle[::every]
     normal, changed = (_inside(at[:-1], at[1:], between) for between in (windows.normal, windows.changed))
-    # A reading may begin anywhere in a beat: means and deviations are those of all that could be taken.
+    # A reading may begin anywhere in a beat: means and deviations are those of all possible readings.
     begin, end, any_ = time[:-every], time[every:], (angle[every:] - angle[:-every]) / interval
     before, beating = _mean_and_deviation(any_[_inside(begin, end, windows.normal)], int(normal.sum()))
     after, _ = _mean_and_deviation(any_[_inside(begin, end, windows.changed)], int(changed.sum()))
@@ -148,7 +148,7 @@ def readings_of(time: np.ndarray, angle: np.ndarray, interval: float, windows: W
 
 
 def _mean_and_deviation(values: np.ndarray, readings: int) -> tuple[float | None, float]:
-    """Of values (n,) that beat, and are cut at both ends; readings: so many are among them."""
+    """Return mean and standard deviation of beating values (n,), cut at both ends. readings: their number."""
     if readings < FEWEST:
         return None, 0.0
     weights = smooth_weights(len(values))
@@ -158,9 +158,9 @@ def _mean_and_deviation(values: np.ndarray, readings: int) -> tuple[float | None
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """chart: that watches the readings. learnt: their mean before the failure. alarms: by readings, the first of them at a time
-    ``begins`` after the failure (where there is none, after the chart began) and then one every ``interval``, those beyond the
-    run being those of its end, again and again."""
+    """Detection by a chart. chart: that monitors the readings. learnt: their mean before the failure. alarms: by readings, the
+    first of them at a time ``begins`` after the failure (where there is none, after the chart began) and then one every
+    ``interval``; beyond the run those of its end are repeated."""
 
     chart: Cusum
     learnt: float
@@ -170,27 +170,27 @@ class Detection:
 
     @property
     def readings(self) -> int:
-        """The horizon: after so many readings it is as good as certain that it has been seen, or no more is known."""
+        """Number of readings after which an alarm is practically certain, or no more is known."""
         return int(self.alarms.curve(_CERTAIN, 1)[0][-1]) + 1
 
     @property
     def horizon(self) -> float:
-        """The time of the last of them after the failure."""
+        """Time of the last of these readings after the failure."""
         return self.begins + self.interval * (self.readings - 1)
 
     @property
     def mean(self) -> float | None:
-        """The expected time from the failure to the alarm; None where that is not certain enough."""
+        """Expected time from the failure to the alarm; None where an alarm is not certain enough."""
         known = self.alarms.certain or self.alarms.first[-1] >= _CERTAIN
         return self.begins + self.interval * self.alarms.mean() if known else None
 
     def quantile(self, probability: float) -> float | None:
-        """By when after the failure it is seen with a probability; None where that is not reached within the horizon."""
+        """Return the time after the failure by which an alarm has a probability; None if not reached within the horizon."""
         count = self.alarms.quantile(probability)
         return None if count is None else self.begins + self.interval * count
 
     def curve(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times (N,) after the failure, and the probability (N,) that it has been seen by each."""
+        """Return times (N,) after the failure, and the probability (N,) of an alarm by each."""
         count, probability = self.alarms.curve(_CERTAIN, _POINTS)
         return self.begins + self.interval * count, probability
 
@@ -198,11 +198,11 @@ class Detection:
 def detection_of(
     readings: Readings, windows: Windows, noise: float, every: float, change: float | None, steady: bool
 ) -> Detection | None:
-    """How soon a change is seen; None where there is no speed before, or nothing is watched after.
+    """Compute how soon a change is detected; None where there is no speed before, or no reading is monitored after.
 
-    noise: of a reading. every: readings between two false alarms. change: that is to be seen soonest. steady: the chart has
-    been running for long when the change comes, and has not alarmed; else it begins then. Raises ``RunError`` where there is
-    no chart.
+    noise: of a reading. every: mean number of readings between two false alarms. change: for which the chart is optimal.
+    steady: the chart has been running for long when the change comes, and has not alarmed; else it begins then. Raises
+    ``RunError`` where there is no chart.
     """
     learnt = readings.speed[readings.normal][-_MOST_NORMAL:]
     if readings.before is None or windows.watched is None:
@@ -210,7 +210,7 @@ def detection_of(
     later = readings.time > windows.watched * (1 + 1e-12)
     if not later.any():
         return None
-    # The mean of the readings as they came, which need not be that over whole beats: so they come again and again about zero.
+    # The mean of the readings themselves, which need not be that over whole beats: so the repeated deviations average zero.
     mean = float(learnt.mean())
     normal = np.zeros(1) if np.ptp(learnt) < _EVEN * noise else learnt - mean
     reference = (change or readings.deviation(noise)) / 2
@@ -223,7 +223,7 @@ def detection_of(
 
 
 def _inside(begin: np.ndarray, end: np.ndarray, between: tuple[float, float] | None) -> np.ndarray:
-    """Which of the intervals (n,) lie within two times."""
+    """Return a mask of the intervals (n,) that lie within two times."""
     if between is None or not len(end):
         return np.zeros(len(end), bool)
     rounding = 1e-9 * (end[-1] - begin[0])

@@ -1,1 +1,1 @@
-"""A machine with one parameter that is moved while it runs: how slowly, what is read off it, and where its branches end."""
+"""Sweeps of a parameter of a running machine: their pace, the averages over turns, and the ends of branches."""

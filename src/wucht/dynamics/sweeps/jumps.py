@@ -1,9 +1,9 @@
-"""Where a branch ends: the jumps of a sweep, found closer than its finite rate lets them be seen.
+"""Ends of branches: the jumps of a sweep, located more closely than its finite rate allows.
 
 A ramp passes the fold p_f of a branch late, by a distance that grows with rate^(2/3). So the parameter is held: from the last
-steady state before the jump it is led to values in between, and held there until the machine has settled, or left the branch.
-Behind a fold the branch is left after a time T ~ (p - p_f)^(-1/2); from this law follows how long to wait before it counts as
-staying.
+steady state before the jump it is moved to values in between, and held there until the machine has settled, or left the
+branch. Beyond a fold the branch is left after a time T ~ (p - p_f)^(-1/2); from this law follows how long to wait before the
+machine counts as staying.
 Near the fold p is a parabola in the speed, whose vertex is the fold (J. Guckenheimer, P. Holmes, Nonlinear Oscillations,
 Dynamical Systems, and Bifurcations of Vector Fields, 1983, section 3.4).
 """
@@ -22,12 +22,12 @@ from wucht.dynamics.sweeps.moving import SETTLED, Leg, Mover, Place
 JUMP_TOLERANCE = 1e-4
 _STEEP, _SMALLEST, _MOST = 2.0, 0.02, 8  # times the median slope; share of the whole range; candidates
 _OTHER = 0.3  # of the change: if holding the parameter changes the signal by more, the ramp was in another state
-_SAME = 0.2  # of the change between the legs is left between two values that close: else it is steep, but no jump
-_CORE = 0.25  # of the largest change between two legs: what changes less is not the jump, but the branch that bends towards it
+_SAME = 0.2  # least share of the change between the legs that remains between two close values: else it is steep, but no jump
+_CORE = 0.25  # of the largest change between two legs: smaller changes belong to the branch that bends towards the jump
 _MOST_WINDOWS = 400
 _PATIENCE = 3.0
 _FEWEST_WINDOWS = 10
-_REACH = 4.0  # of the first of them before the end of the branch, in widths of the bracket
+_REACH = 4.0  # of the first point before the end of the branch, in widths of the bracket
 _SPREAD = (1.0, 4.0, 9.0, 16.0)  # of the points of the parabola: evenly spaced in the speed
 
 _Vertex = tuple[float, float, float]  # the fold, speed and amplitude there
@@ -35,11 +35,11 @@ _Vertex = tuple[float, float, float]  # the fold, speed and amplitude there
 
 @dataclass(frozen=True)
 class Jump:
-    """value: of the parameter where the branch ends. direction: in which it moves, "up" or "down".
+    """Jump at the end of a branch. value: of the parameter there. direction: in which it moves, "up" or "down".
 
-    from_speed, from_amplitude: on the branch at its end; to_speed, to_amplitude: steady, where the machine lands. fold: whether
-    the branch ends in a parabola there; else it loses its stability in another way. only_seen: by the ramp, because the machine
-    does not stay in the state before the jump if the parameter is held. bracket: between which values the end lies.
+    from_speed, from_amplitude: on the branch at its end; to_speed, to_amplitude: of the steady state after the jump. fold: True
+    if the branch ends in a parabola; else it loses its stability in another way. only_seen: observed by the ramp only, because
+    the machine does not stay in the state before the jump if the parameter is held. bracket: values between which the end lies.
     """
 
     value: float
@@ -54,9 +54,9 @@ class Jump:
 
 
 def candidates(mover: Mover, legs: Sequence[Leg]) -> list[tuple[int, int]]:
-    """Where the signal of a ramp changes faster than elsewhere: pairs of legs before and after, the largest changes only.
+    """Return where the signal of a ramp changes faster than elsewhere: pairs of legs before and after, largest changes only.
 
-    Whether the machine jumps there is found by holding the parameter.
+    Holding the parameter shows then if the machine jumps there.
     """
     y = np.array([mover.signal(leg) for leg in legs])
     if len(y) < 4 or not np.ptp(y) > 1e-6 * np.abs(y).max():
@@ -74,7 +74,7 @@ def candidates(mover: Mover, legs: Sequence[Leg]) -> list[tuple[int, int]]:
 
 
 def find_jump(mover: Mover, legs: Sequence[Leg], first: int, last: int, tolerance: float) -> Jump | None:
-    """The end of the branch between two legs of a ramp, None if the signal is steep there but does not jump.
+    """Locate the end of the branch between two legs of a ramp, None if the signal is steep there but does not jump.
 
     tolerance: of the value, relative. Raises ``IntegrationError``.
     """
@@ -91,7 +91,7 @@ def find_jump(mover: Mover, legs: Sequence[Leg], first: int, last: int, toleranc
 
 
 def _jump(ends: tuple[float, float], before: Leg, after: Leg, vertex: _Vertex | None = None, only_seen: bool = False) -> Jump:
-    """A jump between two values, in the order in which they are passed; at the vertex of a parabola if there is one."""
+    """Return a jump between two values, in the order in which they are passed; at the vertex of a parabola if there is one."""
     value, speed, amplitude = vertex or (sum(ends) / 2, before.speed, before.amplitude)
     way, bracket = "up" if ends[1] > ends[0] else "down", (min(ends), max(ends))
     return Jump(value, speed, after.speed, way, amplitude, after.amplitude, vertex is not None, only_seen, bracket)
@@ -99,21 +99,21 @@ def _jump(ends: tuple[float, float], before: Leg, after: Leg, vertex: _Vertex | 
 
 @dataclass(frozen=True)
 class _Search:
-    """For one jump. after: the signal where the machine lands. tolerance: of the value of the parameter, relative."""
+    """Search of one jump. after: the signal after the jump. tolerance: of the value of the parameter, relative."""
 
     mover: Mover
     after: float
     tolerance: float
 
     def overlap(self, first: Leg, second: Leg) -> bool:
-        """Whether the modulations in two legs overlap: then their means differ only by where the modulation is cut."""
+        """True if the modulations in two legs overlap: then their means differ only by where the modulation is cut."""
         by_speed = self.mover.moved.machine.rotor.coordinate.prescribed is None
         return by_speed and max(first.low, second.low) < min(first.high, second.high)
 
     def last_steady(self, legs: Sequence[Leg]) -> tuple[Leg, float | None, Leg]:
-        """Held at the last leg before the jump at which the machine stays, as ``_hold``, and that leg of the ramp.
+        """Hold at the last leg before the jump at which the machine stays; return the result of ``_hold`` and that leg.
 
-        A fast ramp has passed it when the jump is seen. If it stays nowhere: held at the first leg, and the last one.
+        A fast ramp has passed it when the signal jumps. If the machine stays nowhere: held at the first leg, and the last leg.
         """
         for k in count():
             leg = legs[max(0, len(legs) - 2**k)]
@@ -125,7 +125,7 @@ class _Search:
         return held, left_after, legs[-1]
 
     def closed_in(self, low: Leg, beyond: Place, expected: float) -> Jump | None:
-        """The jump between a place where the machine stays and one beyond, None if what is left of the change is too small."""
+        """Bracket the jump between a place where the machine stays and one beyond, None if the remaining change is small."""
         high, wait = beyond, math.inf
         while (gap := abs(high.value - low.place.value)) > self._width(high.value):
             middle = (low.place.value + high.value) / 2
@@ -145,17 +145,17 @@ class _Search:
         return max(2 * self.mover.moved.pace.answer, 4 * self.mover.moved.pace.turn)
 
     def _width(self, value: float) -> float:
-        """The width of the bracket that is asked for."""
+        """Return the requested width of the bracket."""
         pace = self.mover.moved.pace
         return self.tolerance * max(abs(value), 1e-3 * pace.rate * pace.samples * pace.step)
 
     def _left(self, leg: Leg, before: float) -> bool:
-        """Whether the machine has left its branch, on which the signal was ``before``."""
+        """True if the machine has left its branch, on which the signal was ``before``."""
         signal = self.mover.signal(leg)
         return abs(signal - self.after) < abs(signal - before)
 
     def _hold(self, place: Place, value: float, before: float, wait: float) -> tuple[Leg, float | None]:
-        """Lead the parameter to a value and hold it there: the last leg, and after which time the branch was left, if it was.
+        """Move the parameter to a value and hold it: return the last leg, and the time at which the branch was left, or None.
 
         before: the signal on the branch.
         """
@@ -172,7 +172,7 @@ class _Search:
         return leg, None
 
     def _vertex(self, low: Leg, high: float) -> _Vertex | None:
-        """The vertex from steady states beside the fold; None if their parabola does not end between the two values."""
+        """Return the vertex from steady states beside the fold; None if their parabola does not end between the two values."""
         begin, before, place = low.place.value, self.mover.signal(low), low.place
         sense, gap = math.copysign(1.0, high - begin), abs(high - begin)
         reach = _REACH * min(self._width(high), JUMP_TOLERANCE * max(abs(high), abs(begin)))

@@ -1,6 +1,6 @@
-"""A machine with one parameter that is moved or held while it runs, and what is read off it turn by turn.
+"""Machine with one parameter that is moved or held while it runs, and its averages over whole turns.
 
-The parameter is base + rate (t - origin), all three run-time values: holding it and ramping it is one and the same System,
+The parameter is base + rate (t - origin), all three run-time values: holding it and ramping it is the same System,
 compiled once.
 """
 
@@ -32,20 +32,20 @@ from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 from wucht.schema import Parameter
 from wucht.system import TIME, Output, System
 
-ANSWERS = 1000  # the default rate: the range takes a thousand times as long as the machine takes to answer
+ANSWERS = 1000  # the default rate: the range takes a thousand response times of the machine
 MOST_TURNS = 100_000  # of one ramp at the default rate
-MOST_TURNS_ASKED = 10_000_000  # of one ramp at a rate that is asked for
-_LEAST = 0.1  # of the time that the machine takes to answer: what a ramp takes at least
+MOST_TURNS_ASKED = 10_000_000  # of one ramp at a requested rate
+_LEAST = 0.1  # of the response time of the machine: least duration of a ramp
 SAMPLES = 400  # of one ramp
 _TURNS_A_SAMPLE = 3
 
 
 @dataclass(frozen=True)
 class Pace:
-    """answer: the slowest decay of the machine's small motions, at least a turn.
+    """Time scales of a sweep. answer: response time, the slowest decay of the machine's small motions, at least a turn.
 
     fastest, turn: the largest speed and the longest turn expected. driven: the largest speed that the drives reach.
-    rate: of the swept parameter, in rate_unit. samples: of a ramp. step: duration of one. warnings: what is doubtful.
+    rate: of the swept parameter, in rate_unit. samples: of a ramp. step: duration of one. warnings: doubts.
     """
 
     answer: float
@@ -60,9 +60,9 @@ class Pace:
 
 
 def pace_of(machine: Machine, swept: str, low: float, high: float, given: float | None = None) -> Pace:
-    """The pace of a sweep at a given rate; None: at one that lets the machine answer.
+    """Return the pace of a sweep at a requested rate; None: at one that lets the machine respond.
 
-    Raises ``InputError`` for a rate at which a ramp would take forever, or no time at all.
+    Raises ``InputError`` for a rate at which a ramp would take too many turns, or too little time.
     """
     ends = [machine.with_unchecked({swept: v}) for v in (low, (low + high) / 2, high)]
     speeds = [abs(free_speed(m, r) or 0.0) for m in ends for r in m.rotors]
@@ -94,13 +94,13 @@ def pace_of(machine: Machine, swept: str, low: float, high: float, given: float 
 
 
 def rate_unit(machine: Machine, path: str) -> str:
-    """What stands behind the number of a rate of a parameter: ``rad/s per s``."""
+    """Return the unit of a rate of a parameter: ``rad/s per s``."""
     unit, time = machine.parameters[path].unit, machine.units.time
     return f"{unit} {f'per {time}' if time else 'a unit of time'}".strip()
 
 
 def _answer(machine: Machine) -> float:
-    """The time constant of the slowest decay of the carrier's free vibration and of the drives' speed; 0 if none decays."""
+    """Return the time constant of the slowest decay of the carrier's vibration and the drives' speed; 0 if none decays."""
     poles = Vibration.of(machine).poles
     decays = -poles.real[-poles.real > 1e-9 * np.abs(poles).max(initial=0.0)]
     times = [0.0, *(1 / decays)]
@@ -115,7 +115,7 @@ def _answer(machine: Machine) -> float:
 
 
 def _inertia(machine: Machine, rotor: RotatingBody) -> float:
-    """The inertia of a rotor with all bodies that turn with it."""
+    """Return the inertia of a rotor with all bodies that turn with it."""
     at = dict.fromkeys((s for c in machine.coordinates for s in (c.velocity, c.position)), sp.S.Zero)
     at |= {b.coordinate.velocity: sp.S.One for b in machine.group(rotor)}
     return 2 * float(sp.Add(*(e.kinetic for e in machine.energies)).xreplace(at).xreplace(machine.numbers))
@@ -124,20 +124,20 @@ def _inertia(machine: Machine, rotor: RotatingBody) -> float:
 BASE, RATE, ORIGIN = _LINE = tuple(sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))
 _VALUE = BASE + RATE * (TIME - ORIGIN)
 SAMPLES_PER_TURN = 32
-_MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
-_TURNS_UNSEEN = 200  # before that, between two questions whether to stop
+_MOST_TURNS_SEEN = 200  # of a leg: its densely sampled end
+_TURNS_UNSEEN = 200  # before that, between two checks for interruption
 SETTLED = 1e-6  # relative change of the speed; ten times as much of the amplitude
 _MOST_WINDOWS = 61
 
 
 class IntegrationError(WuchtError):
-    """A leg could not be integrated to its end."""
+    """Failure to integrate a leg to its end."""
 
 
 @dataclass(frozen=True)
 class MovedMachine:
-    """machine: with the swept parameter at its first value. initial: the state (n,) to start from. path: of the parameter.
-    energy: the size of the works."""
+    """Machine of a sweep. machine: with the swept parameter at its first value. initial: the state (n,) to start from. path: of
+    the parameter. energy: scale of the works."""
 
     machine: Machine
     initial: np.ndarray
@@ -148,7 +148,7 @@ class MovedMachine:
 
 @dataclass(frozen=True)
 class Place:
-    """Where the machine is: all that a leg needs to know of those before it.
+    """State of the machine between legs: all that a leg depends on.
 
     value: of the swept parameter. state: (n + m,), with the works done so far. parameters: the other run-time ones, in the
     System's order. balance: of the energy so far.
@@ -163,7 +163,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of the motion in which the swept parameter moved evenly or was held; averages over whole turns at its end.
+    """Part of the motion in which the swept parameter moved evenly or was held; averages over whole turns at its end.
 
     place: where it ended. value: of the swept parameter in the middle of these turns. speed: mean. low, high: of the mean over
     one turn. amplitude: largest. energy_residual: of the energy balance since the beginning, relative.
@@ -179,12 +179,12 @@ class Leg:
 
     @property
     def modulation(self) -> float:
-        """The range of the speed averaged over a turn, relative to its mean."""
+        """Range of the speed averaged over a turn, relative to its mean."""
         return (self.high - self.low) / abs(self.speed) if self.speed else 0.0
 
 
 def moving_system(machine: Machine, swept: str) -> System:
-    """The machine's equations with the parameter as a straight line over time, and the work that its change carries in."""
+    """Return the machine's equations with the parameter linear in time, and the work done by its change."""
     symbol = sp.Symbol(swept, real=True)
 
     def moved(c: Coordinate) -> Coordinate:
@@ -212,7 +212,7 @@ def _along_the_line(system: System, symbol: sp.Symbol, energy_unit: str) -> Syst
 
 @dataclass(frozen=True)
 class Mover:
-    """Moves a machine along. compiled: its ``moving_system``.
+    """Integration of a machine leg by leg. compiled_system: of its ``moving_system``.
 
     report: called often, with the time reached; it may raise ``KeyboardInterrupt``.
     """
@@ -222,20 +222,20 @@ class Mover:
     report: Callable[[float], None]
 
     def begin(self) -> Place:
-        """The place at time 0."""
+        """Return the place at time 0."""
         system, values = self.compiled.system, self.moved.machine.values
         state = (*self.moved.initial.tolist(), *(0.0 for _ in system.quadratures))
         parameters = tuple(values[name] for name in system.parameter_names[: -len(_LINE)])
         return Place(0.0, values[self.moved.path], state, parameters, EnergyBalance())
 
     def signal(self, leg: Leg) -> float:
-        """What jumps: the speed; where that is prescribed, the amplitude."""
+        """Return the quantity that jumps: the speed; where that is prescribed, the amplitude."""
         return leg.speed if self.moved.machine.rotor.coordinate.prescribed is None else leg.amplitude
 
     def settle(self, place: Place, largest: tuple[float, float] = (0.0, 0.0)) -> tuple[Leg, bool]:
-        """Hold the parameter until nothing changes any more: the last leg, and whether it is steady, or steadily modulated.
+        """Hold the parameter until nothing changes any more; return the last leg, and True if it is steady or modulated.
 
-        largest: speed and amplitude seen before; a speed that changes by less than a millionth of the largest has settled,
+        largest: speed and amplitude so far; a speed that changes by less than a millionth of the largest has settled,
         also at a standstill.
         """
         window, quiet = max(5 * self.moved.pace.answer, 8 * self.moved.pace.turn), 0
@@ -256,7 +256,7 @@ class Mover:
         Raises ``IntegrationError``, and ``KeyboardInterrupt`` where the user stops it.
         """
         rate = 0.0 if to is None else (to - place.value) / duration
-        parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the line come last
+        parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the ramp come last
         state, end, fastest = self._without_turns(place), place.time + duration, self.moved.pace.fastest
         seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / fastest)
         grids = [np.linspace(end - seen, end, 1 + max(8, math.ceil(seen * fastest / (2 * math.pi) * SAMPLES_PER_TURN)))]
@@ -276,7 +276,7 @@ class Mover:
         return self._read(t, rows, place, ended, rate, float(residual[-1]))
 
     def _without_turns(self, place: Place) -> np.ndarray:
-        """The state (n + m,) with whole turns of each rotor and its bodies taken away, and no work done yet.
+        """Return the state (n + m,) without whole turns of each rotor and its bodies, and with no work done yet.
 
         heyoka's steps are accurate relative to the largest number in the state: after many turns that would be an angle.
         """
@@ -297,7 +297,7 @@ class Mover:
     def _read(
         self, t: Trajectory, rows: dict[str, np.ndarray], place: Place, ended: Place, rate: float, residual: float
     ) -> Leg:
-        """The averages over the whole turns at the end of a leg from one place to another."""
+        """Return the averages over the whole turns at the end of a leg from one place to another."""
         machine, rotor = self.moved.machine, self.moved.machine.rotor.coordinate
         time, angle = t.time, rows[rotor.position.name]
         _, averaged = TurnObserver().after(Samples.of(time, (angle, rows[rotor.velocity.name])))

@@ -1,1 +1,1 @@
-"""Periodic orbits: their branches in one parameter, their multipliers, and the curves where these change in two."""
+"""Periodic orbits: branches in one parameter, Floquet multipliers, and curves of their bifurcations in two parameters."""

@@ -1,8 +1,8 @@
-"""How a branch of periodic orbits ends: at a Hopf point, a saddle-node on the orbit, a saddle connection, or a limit.
+"""Ends of branches of periodic orbits: a Hopf point, a saddle-node on the orbit, a saddle connection, or a limit.
 
 Two things have to agree. The law by which the period grows (``period_laws``), and the equilibrium that the orbit approaches,
-found from where the last orbit is slowest: at a saddle-node on the orbit it has a fold at the law's p*; at a connection it is
-a hyperbolic saddle, one of whose eigenvalues next to zero is the law's lambda.
+computed from where the last orbit is slowest: at a saddle-node on the orbit it has a fold at the law's p*; at a connection it
+is a hyperbolic saddle, one of whose eigenvalues next to zero is the law's lambda.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from wucht.numerics.zeros_and_peaks import stretches
 SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION, HOPF = "saddle-node-on-orbit", "saddle-connection", "hopf"
 RANGE, CLOSED, PERIOD_LIMIT, NOT_IDENTIFIED = "range", "closed", "period-limit", "not-identified"
 
-_FITS = {SADDLE_NODE: 1e-3, CONNECTION: 1e-2}  # the residual of a law that holds, at most
-_BETTER = 3.0  # by what factor that of the other one is larger, at least
+_FITS = {SADDLE_NODE: 1e-3, CONNECTION: 1e-2}  # largest residual of a law that holds
+_BETTER = 3.0  # least ratio of the residual of the other law
 _GROWN = 1.5  # times the shortest period of the branch: less growth is no growth without bound
-_SLOW, _DWELLS = 0.05, 0.05  # of the highest speed along the orbit: slow; of the period: a place where it stays
-_NEAR = 0.5  # of the orbit's size: how far the equilibrium lies from the slowest place, at most
+_SLOW, _DWELLS = 0.05, 0.05  # of the highest speed along the orbit: slow; of the period: least share of a place where it stays
+_NEAR = 0.5  # of the orbit's size: largest distance of the equilibrium from the slowest place
 _AGREE_CRITICAL = 0.05  # of the last orbit's distance from p*
 _AGREE_RATE = 0.1  # relative: where nu is small, lambda is approached as slowly as |p - p*|^nu
-_GROWN_AT_REST = 1.3  # times: by how much the period grows while the parameter no longer changes, at least
-_RESOLVED, _FEWEST = 1e-8, 6  # of the parameter's size: a change that is none; orbits
+_GROWN_AT_REST = 1.3  # least factor by which the period grows while the parameter no longer changes
+_RESOLVED, _FEWEST = 1e-8, 6  # of the parameter's size: a smaller change is none; orbits
 _AROUND = 0.1  # of the orbit's size: near a saddle
-_APPROACHED = 3.0  # e-folds by which an orbit comes nearer to a saddle than that, at least
-_ALL_AT_SADDLES = 0.02  # of what the period gains: what is spent elsewhere
+_APPROACHED = 3.0  # least number of e-folds by which an orbit comes nearer to a saddle than that
+_ALL_AT_SADDLES = 0.02  # of the growth of the period: largest share elsewhere
 _FINE = 20  # places of an interval, by which the time near a saddle is measured
 _AT_A_BOUND = 1e-9  # relative
-_ERRORS = 10.0  # times the fit's own error: differences that are not one
-_IN_A_SUBSPACE = 1e-6  # relative: directions in which the orbit does not lie
+_ERRORS = 10.0  # times the error of the fit: smaller differences do not count
+_IN_A_SUBSPACE = 1e-6  # relative: smaller components do not count
 
 
 @dataclass(frozen=True)
 class BranchEnd:
-    """How a branch ends.
+    """End of a branch.
 
     Attributes
     ----------
@@ -55,16 +55,16 @@ class BranchEnd:
         ``"saddle-node-on-orbit"``, ``"saddle-connection"``, ``"hopf"``, ``"range"`` (of the parameter), ``"closed"``,
         ``"period-limit"`` (reached without a period that grows), ``"not-identified"``.
     parameter : float
-        p*: of the equilibrium's fold or Hopf point, or as the law of the period has it; else of the last orbit.
+        p*: of the equilibrium's fold or Hopf point, or by the law of the period; else of the last orbit.
     error : float
-        Of p*, about; 0 where it is that of an equilibrium or a bound, and not a number where it is not identified.
+        Estimate for p*; 0 where it is that of an equilibrium or a bound, and nan where it is not identified.
     period : float
         Of the last orbit.
     sentence : str
     equilibrium : ndarray, (n,)
         That the last orbits approach, empty where there is none.
     eigenvalues : ndarray of complex, (n,)
-        Its own.
+        Of the equilibrium.
     saddle_node, connection : PeriodLaw or None
         Both laws with their residuals, where the period grows.
     """
@@ -82,7 +82,7 @@ class BranchEnd:
 
 @dataclass(frozen=True, eq=False)
 class _Saddle:
-    """A saddle, and how its slowest disturbances grow and decay, of those that the orbit has."""
+    """Saddle with the rates of its slowest growing and decaying disturbances, of those that the orbit has."""
 
     point: Equilibrium
     growing: float
@@ -90,7 +90,7 @@ class _Saddle:
 
 
 def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], why: str) -> BranchEnd:
-    """How a branch ends.
+    """Identify the end of a branch.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
         Of all its orbits in order, the end being the last.
     last : sequence of Cycle
         The last ones, two or more where there are as many.
-    why : str
+    reason : str
         The sentence with which following the branch ended (``Walk.end``).
     """
     here, name = last[-1], cycles.equations.parameters[-1]
@@ -117,7 +117,7 @@ def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Se
 
 
 def _lengthening(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], why: str) -> BranchEnd:
-    """The end of a branch whose period may grow without bound: see ``branch_end``."""
+    """Return the end of a branch whose period may grow without bound: see ``branch_end``."""
     here, name = last[-1], cycles.equations.parameters[-1]
     value, period = here.parameter, here.period
     grown = growth(values, periods) if period >= _GROWN * periods.min() else None
@@ -134,7 +134,7 @@ def _lengthening(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: 
 
 
 def _of_growth(cycles: Cycles, here: Cycle, grown: Growth, why: str) -> BranchEnd:
-    """The end of a branch whose period grows."""
+    """Return the end of a branch whose period grows, by the law of its growth."""
     name, law = cycles.equations.parameters[-1], grown.better
     other = grown.connection if law is grown.saddle_node else grown.saddle_node
     made = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
@@ -156,15 +156,15 @@ def _of_growth(cycles: Cycles, here: Cycle, grown: Growth, why: str) -> BranchEn
             sentence = f"at {name} = {law.critical:.9g} {beyond} {how}"
             return made(SADDLE_CONNECTION, law.critical, law.error, here.period, sentence, *of)
     what = "no law of the period fits" if not holds else f"the period follows the law of a {law.name.replace('-', ' ')}"
-    missing = "" if not holds else ", and no equilibrium that belongs to it was found where the orbit is slowest"
+    missing = "" if not holds else ", but there is no matching equilibrium where the orbit is slowest"
     sentence = f"near {name} = {here.parameter:.9g} the period grows; the end is not identified: {what}{missing} ({why})"
     return made(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
 
 
 def _beyond_resolution(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle]) -> BranchEnd | None:
-    """A saddle connection so near that the parameter no longer changes: all that still grows is the time spent at saddles.
+    """Identify a saddle connection so near that the parameter no longer changes: only the time spent at saddles still grows.
 
-    Where the law of the period is not reached before that, this is what there is to see of it.
+    It is the only sign of a connection where the law of the period is not reached before that.
     """
     here, name = last[-1], cycles.equations.parameters[-1]
     late = values[periods > here.period / _GROWN_AT_REST]
@@ -189,7 +189,7 @@ def _beyond_resolution(cycles: Cycles, values: np.ndarray, periods: np.ndarray, 
 
 
 def _time_near(cycle: Cycle, x: np.ndarray, sizes: np.ndarray) -> float:
-    """The time that an orbit spends near a state (n,)."""
+    """Return the time that an orbit spends near a state (n,)."""
     edges = cycle.problem.mesh.edges
     tau = np.unique(np.concatenate([a + (b - a) * np.linspace(0, 1, _FINE) for a, b in pairwise(edges)]))
     away = np.linalg.norm((cycle.at(tau) - x[:, None]) / sizes[:, None], axis=0) - _AROUND
@@ -202,12 +202,12 @@ def _agree(parameter: float, law: PeriodLaw, last: float) -> bool:
 
 
 def _sizes(here: Cycle) -> np.ndarray:
-    """The extent of the orbit in each state (n,)."""
+    """Return the extent of the orbit in each state (n,)."""
     return np.asarray(np.maximum(np.ptp(here.states, axis=1), 1e-2 * here.problem.sizes[:-2]))
 
 
 def _slow_places(cycles: Cycles, here: Cycle) -> list[np.ndarray]:
-    """The states (n,) where an orbit stays long, in the order in which it passes them."""
+    """Return the states (n,) where an orbit stays long, in the order in which it passes them."""
     turned, states = here.tau, here.states
     given = np.concatenate([states, np.tile([[1.0], [here.parameter]], states.shape[1])])
     speed = np.linalg.norm(cycles.equations.values(given)[0] / _sizes(here)[:, None], axis=0)[:-1]
@@ -225,7 +225,7 @@ def _near(here: Cycle, place: np.ndarray, x: np.ndarray) -> bool:
 
 
 def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibrium | None:
-    """The fold of equilibria near the place where an orbit is slowest: there are none at the orbit's own parameter."""
+    """Return the fold of equilibria near the place where an orbit is slowest: there are none at the orbit's parameter value."""
     if len(places) != 1:
         return None
     equilibria = equilibria_of(cycles.equations)
@@ -240,7 +240,7 @@ def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibr
 
 
 def _saddles(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray], value: float) -> list[_Saddle]:
-    """The saddles at the slow places of an orbit, none where one of these is no saddle."""
+    """Return the saddles at the slow places of an orbit, none where one of these is no saddle."""
     equilibria, found = equilibria_of(cycles.equations), list[_Saddle]()
     for place in places:
         try:
@@ -255,7 +255,7 @@ def _saddles(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray], value: f
 
 
 def _passed(here: Cycle, saddle: Equilibrium) -> np.ndarray:
-    """The real parts (k,) of those eigenvalues in whose directions an orbit passes: it may lie in an invariant subspace."""
+    """Return the real parts (k,) of the eigenvalues in whose directions an orbit passes: it may lie in a subspace."""
     n, sizes = len(saddle.x), _sizes(here)
     away = (here.states - saddle.x[:, None]) / sizes[:, None]
     matrix = saddle.point.jacobian[:, :n] * sizes / sizes[:, None]
@@ -265,7 +265,7 @@ def _passed(here: Cycle, saddle: Equilibrium) -> np.ndarray:
 
 
 def _rates(saddles: Sequence[_Saddle]) -> list[float]:
-    """By which -ln|p - p*| may grow in the time of an orbit past saddles, one of whose connections is broken, or all alike.
+    """Return possible ratios of -ln|p - p*| to the period of an orbit past saddles, if one connection breaks, or all alike.
 
     A deviation d from the stable manifold takes the time -ln d/lambda_u past a saddle and becomes d^nu,
     nu = |lambda_s|/lambda_u. The first deviation is |p - p*| where the orbit is

@@ -1,9 +1,9 @@
-"""The periodic orbit at given parameter values near a motion that is nearly one, by collocation, isolated or of a family.
+"""Periodic orbit at given parameter values near an almost periodic motion, by collocation, isolated or of a family.
 
 An orbit near x(0), T is closed by (M - 1) dx + (dx(T)/dT) dT = -gap. Where this matrix has not full rank, x(T) = x(0) + advance
 becomes x(T) = x(0) + advance + sum_i s_i l_i, l_i spanning what its columns do not reach, and the change has no part along the
-w_j that it maps to zero: those lead along the family. Such a bordered matrix is regular. The s_i are found with the orbit:
-zero on a true family, and the gap of a member of one that something small has broken.
+w_j that it maps to zero: those lead along the family. Such a bordered matrix is regular. The s_i are solved for with the
+orbit: zero on a true family, and the gap of a member of one that a small term has broken.
 W. Govaerts, "Numerical Methods for Bifurcations of Dynamical Equilibria", SIAM 2000, chapter 3.
 
 The monodromy matrix M is not multiplied out: with places on the way, the changes at all of them are the unknowns.
@@ -26,21 +26,21 @@ from wucht.numerics.periodic.periods import PERIOD, in_periods
 from wucht.system import TIME, System
 
 _SINGULAR = 1e-9  # share of the largest singular value below which a direction leads along a family
-_LARGE = 10.0  # the largest one of which that is a share: what grows by more in a period is no measure
-_CONDITION = 1e3  # of products of maps: places are where it would become larger
+_LARGE = 10.0  # bound of that largest value: larger growth in a period is no measure
+_CONDITION = 1e3  # of products of maps: a new place begins where it would become larger
 _DEGREE = 6
 _ACCURACY = 1e-7  # within intervals; that at mesh points is about its square
-_MESH_ERROR = 1e-8  # of what changes become at mesh points, at most
+_MESH_ERROR = 1e-8  # largest error of propagated changes at mesh points
 _TOLERANCE = 1e-9  # of Newton's last correction
 _MOST_MESHES = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Borders:
-    """What makes the equations of an orbit regular, in units of the states' sizes and of the period.
+    """Borders that make the equations of an orbit regular, in units of the states' sizes and of the period.
 
-    open (n, k): l_i, orthonormal. rows (k + 1, n + 1): conditions on the changes of x(0) and T, the first the one that is met
-    exactly (the held period, or a held state).
+    open (n, k): l_i, orthonormal. rows (k + 1, n + 1): conditions on the changes of x(0) and T, the first the one that is
+    satisfied exactly (the held period, or a held state).
     """
 
     open: np.ndarray
@@ -49,9 +49,9 @@ class Borders:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """An orbit's linearisation, in units of the states' sizes and of the period.
+    """Linearisation of an orbit, in units of the states' sizes and of the period.
 
-    maps (G, n, n): what changes at a place become at the next one. by_period (G, n): what a change of the period adds there.
+    maps (G, n, n): from changes at a place to those at the next one. by_period (G, n): effect of a change of the period there.
     """
 
     maps: np.ndarray
@@ -59,7 +59,7 @@ class Places:
 
     @property
     def matrix(self) -> np.ndarray:
-        """Of the changes at the places and of the period (G n + 1) to what is missed at the next places (G n)."""
+        """Matrix from the changes at the places and of the period (G n + 1) to the gaps at the next places (G n)."""
         count, n, _ = self.maps.shape
         matrix = np.zeros((count, n, count * n + 1))
         for j, (each, late) in enumerate(zip(self.maps, self.by_period, strict=True)):
@@ -70,11 +70,11 @@ class Places:
         return matrix.reshape(count * n, -1)
 
     def borders(self, held: tuple[int, ...], free_period: bool, left_open: int, error: float = 0.0) -> Borders:
-        """What is added to the equations.
+        """Return the borders of the equations.
 
-        held: states that keep their first value. free_period: whether T is unknown. left_open: at least so many directions of a
-        family. error: of the maps; what is smaller counts as zero. Raises ``RunError`` where more directions are singular than
-        there are states.
+        held_states: that keep their first value. free_period: True if T is unknown. left_open: least number of directions of a
+        family. error: of the maps; smaller singular values count as zero. Raises ``RunError`` where more directions are
+        singular than there are states.
         """
         count, n, _ = self.maps.shape
         kept = [i for i in range(count * n + free_period) if i not in held]
@@ -93,9 +93,9 @@ class Places:
         return Borders(np.linalg.qr(left[-n:, rank:])[0], np.concatenate([fixed, family]))
 
     def correction(self, missed: np.ndarray, borders: Borders) -> tuple[np.ndarray, float, np.ndarray]:
-        """What closes an orbit: changes (G, n) at the places and of the period, none along a family, and the s_i (k,).
+        """Return the correction that closes an orbit: changes (G, n) at the places, of the period, and the s_i (k,).
 
-        missed (G, n): by how much each place's motion misses the next place. Raises ``RunError`` where that is singular.
+        gaps (G, n): between the end of each place's motion and the next place. Raises ``RunError`` where that is singular.
         """
         count, n, _ = self.maps.shape
         k = borders.open.shape[1]
@@ -111,7 +111,7 @@ class Places:
 
 
 def places(maps: np.ndarray, by_period: np.ndarray) -> tuple[Places, np.ndarray]:
-    """The fewest places between which changes grow and decay moderately, of all where the linearisation is known.
+    """Return the fewest places between which changes grow and decay moderately, of all where the linearisation is known.
 
     maps (N, n, n), by_period (N, n): of neighbouring ones. Returns also the index of the first of each (G,).
     """
@@ -130,10 +130,10 @@ def places(maps: np.ndarray, by_period: np.ndarray) -> tuple[Places, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Closing:
-    """What an orbit is to satisfy, the same in all steps.
+    """Conditions on an orbit, the same in all steps.
 
-    advance (n,): of each state in a period. sizes (n,). reference (n,), period: the state and the period that are guessed.
-    held: states that keep their first value. free_period: whether T is unknown. left_open: see ``Places.borders``.
+    advance (n,): of each state in a period. sizes (n,). reference (n,), period: guesses of the state and the period.
+    held_states: that keep their first value. free_period: True if T is unknown. left_open: see ``Places.borders``.
     """
 
     advance: np.ndarray
@@ -145,7 +145,7 @@ class Closing:
     left_open: int
 
     def timed(self, time: float) -> Closing:
-        """The same with the time as a last state, which begins at a given one."""
+        """Return the same conditions with the time as a last state, from a given time on."""
         n = len(self.advance)
         return replace(
             self,
@@ -156,16 +156,16 @@ class Closing:
         )
 
     def missed(self, gap: np.ndarray) -> float:
-        """A gap (n,), or several (n, K), by the size of each state: the largest."""
+        """Return the largest component of a gap (n,), or several (n, K), by the size of each state."""
         return float(np.abs(gap.T / self.sizes).max(initial=0.0))
 
     def borders(self, at: Places, error: float = 0.0) -> Borders:
-        """What makes the equations regular there. error: of the linearisation."""
+        """Return the borders at places. error: of the linearisation."""
         return at.borders(self.held, self.free_period, self.left_open, error)
 
 
 def with_clock(system: System) -> System:
-    """A System whose equations depend on time as one without it: time is its last state. Outputs are left out."""
+    """Return a System that depends on time as an autonomous one: time is its last state. Outputs are left out."""
     clock = sp.Symbol("_clock", real=True)
     definitions = tuple((s, sp.sympify(e).xreplace({TIME: clock})) for s, e in system.definitions)
     rates = tuple(sp.sympify(d).xreplace({TIME: clock}) for d in system.derivatives)
@@ -175,7 +175,7 @@ def with_clock(system: System) -> System:
 
 @dataclass(frozen=True, eq=False)
 class Closed:
-    """An orbit, or a motion that is to become one.
+    """Closed orbit as states at places.
 
     period: T. times (G + 1,): in periods, of places between which changes grow and decay moderately, from 0 to 1. states
     (n, G + 1): there.
@@ -189,7 +189,7 @@ class Closed:
 def closed(
     system: System, parameters: np.ndarray, time: float, motion: np.ndarray, closing: Closing, most_steps: int
 ) -> Closed:
-    """The orbit near a motion of one period, as piecewise polynomials.
+    """Close a motion of one period to an orbit, as piecewise polynomials.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def closed(
     Raises
     ------
     RunError
-        Where none is found.
+        Where there is none near the motion.
     """
     shares, n = np.linspace(0.0, 1.0, motion.shape[1]), len(system.states)
     if system.depends_on_time:
@@ -222,7 +222,7 @@ def closed(
         whole, _ = _places(_problem(equations, closing, mesh, None), y, np.array([period]), closing)
         borders = closing.borders(whole, _MESH_ERROR)
         problem = _problem(equations, closing, mesh, borders)
-        # The most that is missed goes where the equations cannot be closed.
+        # Most of the gap goes where the equations cannot be closed.
         s = borders.open.T @ (gap / closing.sizes)
         u = np.concatenate([y.ravel(), [period], s])
         u, steps = solved(problem, u, _row(problem, borders), -1 - len(s), left, _TOLERANCE)
@@ -243,7 +243,7 @@ def closed(
 
 
 def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Borders | None) -> BoundaryValueProblem:
-    """y' = T f(y), closed but for what is left open; without borders the parameters are T alone."""
+    """Return the problem y' = T f(y), closed except for open gaps; without borders the only parameter is T."""
     n, k = equations.n, 0 if borders is None else borders.open.shape[1]
 
     def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -257,7 +257,7 @@ def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Border
 
 
 def _ends(closing: Closing, borders: Borders | None, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
-    """See ``Ends``: the gap, and all conditions but that of the row."""
+    """See ``Ends``: the gap, and all conditions except the first."""
     n, k = len(first), len(parameters) - 1
     gap = last - first - closing.advance
     if borders is None:
@@ -272,7 +272,7 @@ def _ends(closing: Closing, borders: Borders | None, first: np.ndarray, last: np
 
 
 def _row(problem: BoundaryValueProblem, borders: Borders) -> np.ndarray:
-    """The first condition as a row of all unknowns."""
+    """Return the first condition as a row of all unknowns."""
     row = np.zeros(len(problem.scale))
     row[: problem.n] = borders.rows[0, : problem.n] / problem.sizes[: problem.n]
     row[-problem.q] = borders.rows[0, -1] / problem.sizes[problem.n]
@@ -282,7 +282,7 @@ def _row(problem: BoundaryValueProblem, borders: Borders) -> np.ndarray:
 def _places(
     problem: BoundaryValueProblem, y: np.ndarray, parameters: np.ndarray, closing: Closing
 ) -> tuple[Places, np.ndarray]:
-    """The linearisation between places, and the intervals that begin there."""
+    """Return the linearisation between places, and the intervals that begin there."""
     jacobian = problem.residual(np.concatenate([y.ravel(), parameters]))[1]
     n, sizes = problem.n, closing.sizes
     try:

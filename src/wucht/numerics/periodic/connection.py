@@ -1,4 +1,4 @@
-"""An orbit between equilibria as collocation has it: what is zero where it changes, how it lasts longer, why a curve ends."""
+"""Orbits between equilibria by collocation: test functions of special points, extension in time, ends of curves."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from wucht.numerics.collocation.solutions import Collocated
 NEUTRAL_SADDLE, SADDLE_FOCUS, THREE_LEADING = "neutral-saddle", "saddle-focus", "three-leading"
 
 _MOST_ADDED = 100  # intervals of a mesh
-_NEAR = 1e-7  # of the orbit's size: how near to a saddle an orbit comes that is followed longer
+_NEAR = 1e-7  # of the orbit's size: distance from a saddle to which an orbit is extended
 SADDLE_NODE = "the saddle becomes a saddle-node"
-LEFT_TWICE = "the saddle comes to be left in a second direction, too"
+LEFT_TWICE = "the saddle becomes unstable in a second direction"
 HOPF = "the saddle is no longer reached: it has a Hopf point"
 BOGDANOV_TAKENS = "it shrinks to its saddle: a Bogdanov-Takens point"
-STANDS = "it stays ever longer near something else on its way, while the parameters no longer change"
-LONG = 20  # points one after another at which the parameters stand: then they do for good
-_STILL = 1e-4  # share of the parameters in a step, at most, where they stand
-_VANISHED = 0.02  # of the largest that they were: where both leading eigenvalues are smaller, both vanish
-_ROUNDING = 1e-9  # of the largest eigenvalue: a real part that is smaller says nothing
+STANDS = "it stays ever longer near another equilibrium or orbit, while the parameters no longer change"
+LONG = 20  # consecutive points at which the parameters stand still: then they do so permanently
+_STILL = 1e-4  # largest share of the parameters in a step, where they stand still
+_VANISHED = 0.02  # of their largest value: where both leading eigenvalues are smaller, both vanish
+_ROUNDING = 1e-9  # of the largest eigenvalue: a smaller real part is not significant
 
 
 @dataclass(frozen=True, eq=False)
 class Connection(Collocated):
-    """An orbit between equilibria.
+    """Orbit between equilibria.
 
-    curve, point: as they are followed. time: that it is followed. equilibria (e, n): where it begins and ends, one where that
+    curve, point: of the continuation. time: its duration. equilibria (e, n): where it begins and ends, one where that
     is the same. eigenvalues (e, n): there, the largest real part first. parameters: their values, in the order in which they
-    are varied. kind: ``""``, or what happens here to an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle
+    are varied. kind: ``""``, or of a special point of an orbit that returns to a saddle. ``"neutral-saddle"``: the saddle
     quantity is zero. ``"saddle-focus"``: both slowest eigenvalues of those with which the saddle is reached are one; on one
     side of this point they are complex. ``"three-leading"``: a complex pair is as slow as the slowest real one.
     ``"unresolved"``: one of these lies between the point before and this one, and was not located.
@@ -46,19 +46,19 @@ class Connection(Collocated):
 
     @property
     def saddle_quantity(self) -> float:
-        """The sum of the leaving and of the slowest reaching eigenvalue: nearby orbits are stable where it is < 0."""
+        """Sum of the leaving and of the slowest reaching eigenvalue: nearby orbits are stable where it is < 0."""
         return float((self.eigenvalues[0, 0] + self.eigenvalues[-1, 1]).real)
 
 
 def _two_slowest(connection: Connection) -> float:
-    """The square of the difference of the two slowest reaching eigenvalues: negative where they are complex."""
+    """Return the squared difference of the two slowest reaching eigenvalues: negative where they are complex."""
     reaching = connection.eigenvalues[-1, 1:3]
     alike = len(reaching) == 2 and len(set(reaching.imag != 0)) == 1
     return float(((reaching[0] - reaching[1]) ** 2).real) if alike else math.nan
 
 
 def _pair_behind(connection: Connection) -> float:
-    """By how much the slowest real reaching eigenvalue is slower than the slowest complex ones."""
+    """Return the difference of the slowest real and the slowest complex reaching eigenvalues."""
     reaching = connection.eigenvalues[-1, 1:]
     real, paired = reaching.real[reaching.imag == 0], reaching.real[reaching.imag != 0]
     return float(real.max() - paired.max()) if len(real) and len(paired) else math.nan
@@ -69,13 +69,13 @@ TESTS: Mapping[str, Callable[[Connection], float]] = {
     SADDLE_FOCUS: _two_slowest,
     THREE_LEADING: _pair_behind,
 }
-"""Functions of a connection that pass zero at a kind of point, not a number where that does not apply."""
+"""Functions of a connection that pass zero at a kind of point, nan where that does not apply."""
 
 
 def distances(connection: Connection, scale: np.ndarray, advance: np.ndarray) -> tuple[float, float]:
-    """How far an orbit's ends are from its equilibria, in terms of its size.
+    """Return the distances of an orbit's ends from its equilibria, in terms of its size.
 
-    scale (n,): of the states. advance (n,): by how much it ends farther on, because of whole turns.
+    scale (n,): of the states. advance (n,): of its end by whole turns.
     """
     away = (connection.states - connection.equilibria[0][:, None]) / scale[:, None]
     last = (connection.states[:, -1] - advance - connection.equilibria[-1]) / scale
@@ -84,10 +84,10 @@ def distances(connection: Connection, scale: np.ndarray, advance: np.ndarray) ->
 
 
 def missing_times(connection: Connection, scale: np.ndarray, advance: np.ndarray, least: float) -> np.ndarray:
-    """By how much longer (2,), before its begin and after its end, an orbit takes to come near to its saddles.
+    """Return the extra times (2,), before its begin and after its end, in which an orbit comes near to its saddles.
 
-    least: of the whole time; what is missing of it is shared so that both ends come about equally near. Where a saddle is
-    reached by very many turns, fewer of them.
+    least: of the whole time; what is missing of it is shared so that both ends come about equally near. Limited where a
+    saddle is reached by very many turns.
     """
     rates = np.array([connection.eigenvalues[0, 0].real, -connection.eigenvalues[-1, 1].real])
     if not (rates > 0).all():
@@ -101,10 +101,9 @@ def missing_times(connection: Connection, scale: np.ndarray, advance: np.ndarray
 def lengthened(
     connection: Connection, more: np.ndarray, matrix: np.ndarray, advance: np.ndarray
 ) -> tuple[Mesh, np.ndarray, np.ndarray]:
-    """An orbit with what the linearised equations put before and behind it: a mesh, and states and tangent at its nodes (K, n).
+    """Extend an orbit at both ends by the linearised equations: return a mesh, and states and tangent at its nodes (K, n).
 
-    more (2,): how much time that is. matrix (n, n): of these equations, where it ends. The tangent is zero where the orbit was
-    not known before.
+    more (2,): extra times. matrix (n, n): of these equations, where it ends. The tangent is zero on the extensions.
     """
     from scipy.linalg import expm
 
@@ -118,9 +117,9 @@ def lengthened(
     at, first = longer.nodes * whole, mesh.degree * (len(before) - 1)
     last = first + len(y) - 1
     begin, end = connection.equilibria[0], connection.equilibria[-1] + advance
-    # It leaves in one direction: any other part of where it begins is an error, which would grow backwards in time.
+    # It leaves in one direction: any other component at its begin is an error, which would grow backwards in time.
     earlier = begin + (y[0] - begin) * np.exp(leaving * (at[:first, None] - more[0]))
-    # Nor may what it has of the leaving direction at its end grow: with this matrix it decays.
+    # Nor may the leaving component at its end grow: with this matrix it decays.
     reached = _without_leaving(matrix)
     later = [end + expm(reached * (t - more[0] - time)) @ (y[-1] - end) for t in at[last + 1 :].tolist()]
     states = np.concatenate([earlier, y, np.reshape(later, (-1, len(begin)))])
@@ -130,7 +129,7 @@ def lengthened(
 
 
 def _without_leaving(matrix: np.ndarray) -> np.ndarray:
-    """The same matrix, but for the sign of its largest eigenvalue, which is real and positive."""
+    """Return the matrix with the sign of its largest eigenvalue, real and positive, reversed."""
     values, right = np.linalg.eig(matrix)
     k = int(values.real.argmax())
     others, left = np.linalg.eig(matrix.T)
@@ -139,31 +138,31 @@ def _without_leaving(matrix: np.ndarray) -> np.ndarray:
 
 
 def _edges(span: float, rate: float) -> np.ndarray:
-    """Of intervals over a time, in each of which what changes with a rate is well represented."""
+    """Return edges of intervals over a time, fine enough for changes with a rate."""
     return np.linspace(0.0, span, 1 + math.ceil(span * rate))
 
 
 def _slowest(connection: Connection) -> np.ndarray:
-    """By what rates (2,) an orbit changes at its begin and its end."""
+    """Return the rates (2,) with which an orbit changes at its begin and its end."""
     return np.asarray(np.abs([connection.eigenvalues[0, 0], connection.eigenvalues[-1, 1]]))
 
 
 def leading(connection: Connection) -> float:
-    """The larger one of the leaving and the slowest reaching eigenvalue."""
+    """Return the larger magnitude of the leaving and the slowest reaching eigenvalue."""
     return float(np.abs(connection.eigenvalues[0, :2]).max())
 
 
 def ended(folds: Sequence[bool], start: Connection, there: Connection, largest: float) -> str:
-    """Why a curve does not last to a point, empty where it does.
+    """Return why a curve ends before a point, empty where it does not.
 
-    folds: which equilibria are saddle-nodes. start: where it begins. largest: what ``leading`` has been on the way.
+    folds: True for saddle-nodes. start: of the curve. largest: value of ``leading_rate`` on the way.
     """
     for first, now, fold in zip(start.eigenvalues, there.eigenvalues, folds, strict=True):
         if fold:
             continue
         if not now[0].real > 0:
             return SADDLE_NODE
-        # A real part that is zero everywhere, by a symmetry, is no end.
+        # A real part that is zero everywhere, by a symmetry, does not end the curve.
         reached = len(now) > 1 and first[1].real < -_ROUNDING * float(np.abs(first).max())
         if reached and not now[1].real < 0:
             return HOPF if now[1].imag else LEFT_TWICE
@@ -172,11 +171,11 @@ def ended(folds: Sequence[bool], start: Connection, there: Connection, largest: 
 
 
 def stands(here: Connection, there: Connection, scale: np.ndarray) -> bool:
-    """Whether from one point to the next the orbit changes, but not the parameters, measured by sizes (m,)."""
+    """True if from one point to the next the orbit changes, but not the parameters, in units of a scale (m,)."""
     moved = np.linalg.norm((there.parameters - here.parameters) / scale)
     return bool(moved < _STILL * (there.point.length - here.point.length))
 
 
 def standing(names: Sequence[str], at: Connection) -> str:
-    """The sentence for the end at a point where the parameters, by their names, stand."""
+    """Return the sentence for the end at a point where the parameters, by their names, stand still."""
     return f"{STANDS}, {', '.join(f'{name} = {value:.7g}' for name, value in zip(names, at.parameters, strict=True))}"

@@ -1,5 +1,5 @@
 """First connections of curves: by integration from a saddle, from the last orbit of a branch, at a saddle-node, between two
-saddle-nodes, and beyond that."""
+saddle-nodes, and from a saddle-node to a saddle."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from wucht.numerics.zeros_and_peaks import stretches
 
 _SAMPLES = 20_001
 _SLOW = 0.05  # of the largest speed
-_AWAY = 0.05  # of an orbit's size: an equilibrium that is not the one next to which it is slow
-_OUTSIDE, _DECAYED = 2000, 20.0  # samples of what is put before and behind a connection; by exp(-20) a deviation decays there
-_STARTS, _SPREAD = 40, 0.5  # of Newton's method, and how far from a saddle-node they lie, in units of scale
+_AWAY = 0.05  # of an orbit's size: distance of another equilibrium
+_OUTSIDE, _DECAYED = 2000, 20.0  # samples of the extensions at both ends of a connection; a deviation decays there by exp(-20)
+_STARTS, _SPREAD = 40, 0.5  # of Newton's method, and their distance from a saddle-node, in units of scale
 _SHIFTS = (1e-5, 1e-4, 1e-3)  # of a parameter's size: first steps beyond a codimension-two point
 _CORRECTIONS, _ACCURATE, _SAME = 30, 1e-11, 1e-8
-_BEGIN, _TOLERANCE = 1e-4, 1e-10  # in units of scale: how far from a saddle an orbit is begun; of its integration
-_RETURNED = 0.25  # of its largest distance from the saddle so far: nearer it has returned
+_BEGIN, _TOLERANCE = 1e-4, 1e-10  # in units of scale: start of an orbit, distance from its saddle; of its integration
+_RETURNED = 0.25  # of its largest distance from the saddle so far: a nearer orbit has returned
 
 
 def of_excursion(
     connections: Connections, place: Sequence[float] | np.ndarray, values: Sequence[float], way: int = 1
 ) -> Connection:
-    """The connection near the orbit by which a saddle is left, up to where it first comes back next to it.
+    """Compute the connection near the orbit that leaves a saddle, up to where it first comes back next to it.
 
     Parameters
     ----------
@@ -38,15 +38,15 @@ def of_excursion(
     place : sequence of float, (n,)
         Near the saddle.
     values : sequence of float
-        Of the parameters: near those of a connection. The last one is kept where a curve is looked for, if only one is varied,
-        that one is found.
+        Of the parameters: near those of a connection. The last one is fixed where a curve is followed; if only one is varied,
+        it is solved for.
     way : int
-        1 or -1, to which side the saddle is left: 1 where that state of which its direction has most grows.
+        1 or -1, side on which the saddle is left: 1 where the state with the largest component grows.
 
     Raises
     ------
     RunError
-        Where there is no saddle, the orbit does not come back, or Newton's method finds no connection near it.
+        Where there is no saddle, the orbit does not come back, or Newton's method does not converge to a connection.
     """
     from scipy.integrate import solve_ivp
 
@@ -73,7 +73,7 @@ def of_excursion(
 
 
 def _return(away: np.ndarray) -> int:
-    """The index at which distances (K,) from a saddle are least the first time that they are small again."""
+    """Return the index at which distances (K,) from a saddle are least the first time that they are small again."""
     farthest = np.maximum.accumulate(away)
     back = np.flatnonzero(away < _RETURNED * farthest)
     if not len(back):
@@ -84,7 +84,7 @@ def _return(away: np.ndarray) -> int:
 
 
 def _given(connections: Connections, values: Sequence[float]) -> np.ndarray:
-    """The values of all varied parameters, also of the one that is only kept."""
+    """Return the values of all varied parameters, including a fixed one."""
     return np.array([*values, *[0.0] * (len(connections.bounds) - len(values))])
 
 
@@ -99,12 +99,12 @@ def _equilibrium_near(equations: Equations, x: np.ndarray, parameters: np.ndarra
         x = x - change
         if np.linalg.norm(change / scale) < _ACCURATE:
             return x
-    raise RunError("no equilibrium was found near this place")
+    raise RunError("there is no equilibrium near this place")
 
 
 @dataclass(frozen=True, eq=False)
 class Waiting:
-    """Where a connection is slow on its way, far from its ends. share: of its time. tau: of the slowest place. state (n,)."""
+    """Slow stretch of a connection, far from its ends. share: of its time. tau: of the slowest place. state (n,): there."""
 
     share: float
     tau: float
@@ -112,10 +112,10 @@ class Waiting:
 
 
 def of_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values: np.ndarray) -> Connection:
-    """The connection near the last orbit of a branch. Raises ``RunError``.
+    """Compute the connection near the last orbit of a branch. Raises ``RunError``.
 
     saddle (n,): to which the orbit comes near. values: of the parameters. Where the connections' time is longer than that
-    orbit's period, what is missing is that of the linearised equations at the saddle.
+    orbit's period, the orbit is extended by the linearised equations at the saddle.
     """
     tau, n = np.linspace(0.0, 1.0, _SAMPLES), connections.rates.n
     states = cycle.at(tau)
@@ -143,13 +143,13 @@ def of_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values:
 
 
 def saddle_node_of(connections: Connections, connection: Connection, place: np.ndarray, values: np.ndarray) -> Connection:
-    """The connection of a saddle-node (n,) near one of a saddle with the same time. Raises ``RunError``."""
+    """Compute the connection of a saddle-node (n,) near one of a saddle with the same time. Raises ``RunError``."""
     tau = np.linspace(0.0, 1.0, _SAMPLES)
     return connections.start(tau * connections.time, connection.at(tau), place[None], values.tolist())
 
 
 def waiting(connections: Connections, connection: Connection) -> Waiting | None:
-    """The longest wait of a connection between its ends, None where there is none."""
+    """Return the longest wait of a connection between its ends, None where there is none."""
     tau = np.linspace(0.0, 1.0, _SAMPLES)
     states, n = connection.at(tau), connections.rates.n
     given = np.concatenate([states, np.repeat(connection.parameters[:, None], len(tau), axis=1)])
@@ -163,16 +163,16 @@ def waiting(connections: Connections, connection: Connection) -> Waiting | None:
 
 
 def rest_of(connection: Connection, tau: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times from 0 on, and states, of a connection from a share of its time on."""
+    """Return times from 0 on, and states, of a connection from a share of its time on."""
     shares = np.linspace(tau, 1.0, _SAMPLES)
     return (shares - tau) * connection.time, connection.at(shares)
 
 
 def longer(connections: Connections, connection: Connection) -> Connection:
-    """A connection that leaves a saddle-node, followed for the longer time of other connections. Raises ``RunError``.
+    """Extend a connection that leaves a saddle-node to the longer time of other connections. Raises ``RunError``.
 
-    Near it, d' = a d^2 along the direction in which it is left: the orbit comes from d/(1 + a d t), a time t before. Its end it
-    reaches as exp(l t), l being the slowest of the eigenvalues but for the leaving one.
+    Near it, d' = a d^2 along the direction in which it is left: the orbit comes from d/(1 + a d t), a time t before. It reaches
+    its end as exp(l t), with l the slowest of the eigenvalues except for the leaving one.
     """
     n, more = connections.rates.n, connections.time - connection.time
     if more <= 0:
@@ -195,7 +195,7 @@ def longer(connections: Connections, connection: Connection) -> Connection:
 
 
 def saddles_near(equations: Equations, place: np.ndarray, parameters: np.ndarray) -> list[np.ndarray]:
-    """The saddles (n,), left in one direction, near a saddle-node that has parted in two."""
+    """Return the saddles (n,), left in one direction, near a saddle-node that has split in two."""
     n, scale = equations.n, equations.scale[: equations.n]
     matrix = equations.values(np.concatenate([place, parameters]))[1][:, :n] * scale / scale[:, None]
     along = np.linalg.svd(matrix)[2][-1] * scale
@@ -222,9 +222,9 @@ def saddles_near(equations: Equations, place: np.ndarray, parameters: np.ndarray
 
 
 def beyond(connections: Connections, at: Connection) -> Connection:
-    """The connection from a saddle-node to the saddle of another pair, next to one from saddle-node to saddle-node.
+    """Compute the connection from a saddle-node to the saddle of another pair, next to one from saddle-node to saddle-node.
 
-    connections: with folds (True, False), three parameters and the time of ``at``. Raises ``RunError`` where none is found on
+    connections: with folds (True, False), three parameters and the time of ``at``. Raises ``RunError`` where there is none on
     either side of that point.
     """
     equations, m = connections.rates, len(connections.bounds)
@@ -243,11 +243,11 @@ def beyond(connections: Connections, at: Connection) -> Connection:
                     return connections.start(times, states, np.array([fold, saddle]), moved.tolist())
                 except RunError:
                     continue
-    raise RunError("no connection of the saddle-node with a saddle of the other pair was found next to it")
+    raise RunError("there is no connection of the saddle-node with a saddle of the other pair next to it")
 
 
 def fold_at(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The saddle-node near x, the first parameter being found, the others kept. Raises ``RunError``."""
+    """Solve for the saddle-node near x and the first parameter, the others fixed. Raises ``RunError``."""
     n = equations.n
     u = np.append(x, parameters[0])
 
@@ -268,4 +268,4 @@ def fold_at(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> tupl
             break
         if np.linalg.norm(change / sizes) < _SAME:
             return u[:-1], np.append(u[-1], parameters[1:])
-    raise RunError("the saddle-node was not found")
+    raise RunError("Newton's method does not converge to the saddle-node")

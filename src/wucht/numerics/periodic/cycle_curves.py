@@ -29,7 +29,7 @@ from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, tu
 from wucht.system import System
 
 _EXTRA, _BREAKING = sp.Symbol("_extra", real=True), sp.Symbol("_breaking", real=True)
-_COLUMNS = {FOLD: 1, DOUBLING: 1, TORUS: 2, BRANCH_POINT: 1}  # changes v that are carried along
+_COLUMNS = {FOLD: 1, DOUBLING: 1, TORUS: 2, BRANCH_POINT: 1}  # changes v in the extended system
 _EXTRAS = {FOLD: 1, DOUBLING: 0, TORUS: 1, BRANCH_POINT: 2}  # further parameters
 _SHRINKS = {
     FOLD: "it shrinks to an equilibrium: a generalised Hopf point",
@@ -37,37 +37,37 @@ _SHRINKS = {
     TORUS: "it shrinks to an equilibrium: a double Hopf or a zero-Hopf point",
     BRANCH_POINT: "it shrinks to an equilibrium",
 }
-_SYMMETRIC = 1e-3  # the largest d where the orbit still has the symmetry: d v is added to its rates, v of the size of states
+_SYMMETRIC = 1e-3  # largest d of an orbit with the symmetry: d v is added to its rates, v of the size of states
 
 
 @dataclass(frozen=True, eq=False)
 class CurveCycle(Orbit):
-    """A point of such a curve. n: how many of the problem's states are the orbit's, the others being its changes."""
+    """Point of such a curve. n: number of the problem's states that are the orbit's, the others being its changes."""
 
     n: int
 
     @property
     def parameters(self) -> tuple[float, float]:
-        """Their values."""
+        """Values of both parameters."""
         first, second = self.point.u[-2:].tolist()
         return first, second
 
     @property
     def states(self) -> np.ndarray:
-        """At the nodes (n, K)."""
+        """States of the orbit at the nodes (n, K)."""
         return super().states[: self.n]
 
     @property
     def extra(self) -> list[float]:
-        """theta of a torus, c of a fold, c and d where a symmetry breaks."""
+        """Extra unknowns: theta of a torus, c of a fold, c and d of a symmetry breaking."""
         return [float(e) for e in self.problem.split(self.point.u)[1][1:-2]]
 
 
 @dataclass(frozen=True, eq=False)
 class CycleCurve:
-    """The curve of one kind, followed over two parameters.
+    """Curve of one kind, followed over two parameters.
 
-    kind: as of a ``Cycle``. equations: of y and v, with T, where there is one c or theta, and both parameters varied. n: states
+    kind: as of a ``Cycle``. equations: of y and v; varied are T, c or theta where there is one, and both parameters. n: states
     of y. winding (n,): of y. bounds: of both parameters. periods: (low, high). steps, accuracy, degree: as of ``Cycles``.
     """
 
@@ -95,7 +95,7 @@ class CycleCurve:
         steps: Steps | None = None,
         accuracy: float = 1e-7,
     ) -> CycleCurve:
-        """Of a System whose equations do not depend on time; arguments as of ``Cycles.of``.
+        """Set up a curve of an autonomous System; arguments as of ``Cycles.of``.
 
         Raises ``WuchtError`` for another kind, and as ``Cycles.of``.
         """
@@ -120,9 +120,9 @@ class CycleCurve:
         return cls(kind, equations, n, turns_of(system, winding), bounds, periods, steps or STEPS, accuracy)
 
     def start(self, at: Cycle, second: float) -> CurveCycle:
-        """The point of the curve at an orbit of this kind, which a branch located in the first parameter.
+        """Compute the point of the curve at an orbit of this kind, located on a branch in the first parameter.
 
-        second: the value that the other parameter had there. Raises ``RunError`` where none is found.
+        second: value of the other parameter there. Raises ``RunError`` where Newton's method does not converge.
         """
         y, (period, first) = at.problem.split(at.point.u)
         changes, extra = _changes(at, self.kind)
@@ -150,11 +150,11 @@ class CycleCurve:
         return CurveCycle(curve, exactly(curve).start(u, towards), self.n)
 
     def walk(self, start: CurveCycle) -> Walk[CurveCycle]:
-        """The orbits of the curve from a first one on, as they are asked for."""
+        """Return an iterator over the orbits of the curve from a first one on."""
         return Walk(self._walked(start))
 
     def backwards(self, cycle: CurveCycle) -> CurveCycle:
-        """The same orbit of the curve followed the other way."""
+        """Return the same orbit of the curve followed the other way."""
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
 
     def _walked(self, start: CurveCycle) -> Generator[CurveCycle, None, str]:
@@ -171,7 +171,7 @@ class CycleCurve:
 
 
 def _changes(at: Cycle, kind: str) -> tuple[np.ndarray, list[float]]:
-    """v at the nodes (K, n or 2 n) of an orbit of a kind, and the extra parameter, if there is one."""
+    """Return v at the nodes (K, n or 2 n) of an orbit of a kind, and the extra unknowns."""
     if kind == FOLD:
         change, (longer, _) = at.problem.split(at.point.tangent)
         return change, [float(longer)]
@@ -187,7 +187,7 @@ def _changes(at: Cycle, kind: str) -> tuple[np.ndarray, list[float]]:
 
 
 def _conditions(kind: str, n: int, advance: np.ndarray, sizes: np.ndarray) -> tuple[Ends, Integrand]:
-    """The conditions at the ends and on integrals of a kind. sizes: of y, v and the parameters."""
+    """Return the conditions at the ends and on integrals of a kind. sizes: of y, v and the parameters."""
     columns = _COLUMNS[kind]
     whole, q = n * (1 + columns), 3 + _EXTRAS[kind]
     one = np.eye(whole)

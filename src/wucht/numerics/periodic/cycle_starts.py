@@ -19,11 +19,11 @@ from wucht.numerics.periodic.cycles import Cycles
 
 _FIRST = 30  # intervals
 _FEWEST = 4  # samples
-_AT_REST = 1e-3  # of the samples' extent: what moves as little is an equilibrium
+_AT_REST = 1e-3  # of the samples' extent: a smaller motion is an equilibrium
 
 
 def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> Cycle:
-    """The periodic orbit near samples of one.
+    """Compute the periodic orbit near samples of one.
 
     Parameters
     ----------
@@ -38,18 +38,18 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
     Raises
     ------
     WuchtError
-        Where these are no samples of a period.
+        Where these are not samples of a period.
     RunError
-        Where Newton's method finds no orbit near them.
+        Where Newton's method does not converge to an orbit near them.
     """
     e, period = cycles.equations, _refuse_other_samples(cycles, times, states, value)
     mesh, y = sampled(times, states, e.scale[: e.n], cycles.degree)
     try:
         found = settled(cycles, mesh, y, period, value)
     except RunError as error:
-        raise RunError(f"no periodic orbit was found near these samples: {error}", code="no-convergence") from None
+        raise RunError(f"there is no periodic orbit near these samples: {error}", code="no-convergence") from None
     if not _extent(found.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
-        raise RunError("no periodic orbit was found near these samples, but an equilibrium")
+        raise RunError("there is no periodic orbit near these samples, but an equilibrium")
     return found
 
 
@@ -58,7 +58,7 @@ def _extent(states: np.ndarray, scale: np.ndarray) -> float:
 
 
 def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> float:
-    """The period that samples cover. Raises ``WuchtError`` where they cannot be those of an orbit."""
+    """Return the period that samples cover. Raises ``WuchtError`` where they cannot be those of an orbit."""
     e, (low, high) = cycles.equations, cycles.bounds
     if not low <= value <= high:
         raise WuchtError(f"{e.parameters[-1]} = {value:g} lies outside its bounds, {low:g} to {high:g}", code="out-of-range")
@@ -68,13 +68,11 @@ def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray,
             code="shape",
         )
     if len(times) < _FEWEST:
-        raise WuchtError(
-            f"an orbit is found from at least {_FEWEST} samples of a period, not from {len(times)}", code="too-few"
-        )
+        raise WuchtError(f"an orbit needs at least {_FEWEST} samples of a period, not {len(times)}", code="too-few")
     if not (np.isfinite(states).all() and np.isfinite(times).all() and (np.diff(times) > 0).all()):
         raise WuchtError("samples of an orbit are finite, and their times increase", code="not-increasing")
     if not _extent(np.asarray(states), e.scale) > 0:
-        raise WuchtError("these samples are at rest: no state changes, as it does along an orbit", code="at-rest")
+        raise WuchtError("these samples are at rest: no state changes, as it must along an orbit", code="at-rest")
     gained = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)
     for name, turns, winding, turn in zip(e.states, gained, cycles.winding, e.turns, strict=False):
         if turn and round(turns) != winding:
@@ -85,7 +83,7 @@ def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray,
 
 
 def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
-    """An orbit known from elsewhere as a first one of a branch: also where the branch turns, as at a fold.
+    """Compute the first orbit of a branch from a known orbit, also where the branch turns, as at a fold.
 
     Parameters
     ----------
@@ -94,14 +92,14 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
         Special or not, of the same System: of a branch in this or another parameter (``Cycle``), or of a curve in two
         parameters (``CurveCycle``).
     value : float
-        Of the parameter, about; the orbit that is found may be that of another value, where ``orbit`` is not exactly one.
+        Of the parameter, approximate: the computed orbit may have another value where ``orbit`` is not exactly one.
 
     Raises
     ------
     WuchtError
         Where the value is out of bounds, or the orbit has other states.
     RunError
-        Where Newton's method finds no orbit.
+        Where Newton's method does not converge to an orbit.
     """
     e, mesh = cycles.equations, orbit.problem.mesh
     if not cycles.bounds[0] <= value <= cycles.bounds[1]:
@@ -119,9 +117,9 @@ def cycle_at(cycles: Cycles, orbit: Orbit, value: float) -> Cycle:
 
 
 def cycles_with(cycles: Cycles, branch: Sequence[Cycle], value: float) -> tuple[Cycle, ...]:
-    """The orbits of a branch with a value of the parameter: one between each two neighbours that have it between them.
+    """Return the orbits of a branch with a value of the parameter: one between each two neighbours that enclose it.
 
-    branch: in order, as ``Cycles.walk`` has them. Raises ``RunError`` where the branch cannot be computed between two.
+    branch: in order, as from ``Cycles.walk``. Raises ``RunError`` where the branch cannot be computed between two.
     """
     passed = list[Cycle]()
     for here, there in pairwise(branch):
@@ -136,22 +134,22 @@ def _between(cycles: Cycles, here: Cycle, there: Cycle, value: float) -> Cycle:
     at = located(exact, here.on(there.problem.mesh), there.point, seen, lambda c: c.parameter - value)
     if at is None:
         raise RunError(
-            f"no orbit with {cycles.equations.parameters[-1]} = {value:g} was found between two that have it between"
+            f"no orbit with {cycles.equations.parameters[-1]} = {value:g} was located between two that enclose this value"
         )
     return at
 
 
 def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
-    """The orbit at a value of the parameter near nodes' values (K, n), on a mesh that suits it. Raises ``RunError``."""
+    """Compute the orbit at a value of the parameter near values at nodes (K, n), on an adapted mesh. Raises ``RunError``."""
     exact = exactly(cycles.curve(cycles.problem(mesh, period)))
     curve, point = solved_near(exact, np.concatenate([y.ravel(), [period, value]]))
     return cycles.seen(replace(curve, steps=cycles.steps), point)
 
 
 def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) -> Cycle:
-    """The first orbit of the branch that begins at a Hopf point. amplitude: of its states, by their sizes.
+    """Compute the first orbit of the branch that begins at a Hopf point. amplitude: of its states, by their sizes.
 
-    Raises ``RunError`` where none is found.
+    Raises ``RunError`` where Newton's method does not converge.
     """
     e, n = cycles.equations, cycles.equations.n
     values, vectors = np.linalg.eig(hopf.point.jacobian[:, :n])
@@ -169,7 +167,7 @@ def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) ->
 
 
 def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
-    """The branch of twice the period that begins at a period doubling, and its first orbit. Raises ``RunError``."""
+    """Return the branch of twice the period that begins at a period doubling, and its first orbit. Raises ``RunError``."""
     mesh, n = at.problem.mesh, at.problem.n
     twice = Mesh(np.concatenate([mesh.edges / 2, (1 + mesh.edges[1:]) / 2]), mesh.degree)
     y = at.states.T
@@ -189,14 +187,14 @@ def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles,
 
 
 def switched(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
-    """First orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
+    """Return first orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
     curve, other = at.curve, at.other
     first, second = (exactly(curve).start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
     return cycles.seen(curve, first), cycles.seen(curve, second)
 
 
 def carried(at: Cycle, multiplier: complex) -> np.ndarray:
-    """The change (K, n), complex, of the orbit that a period multiplies by a number, along it."""
+    """Return the complex change (K, n) along an orbit that a period multiplies by a multiplier."""
     maps = at.point.jacobian.maps()
     values, vectors = np.linalg.eig(np.linalg.multi_dot(maps[::-1, -1]))
     here = vectors[:, np.abs(values - multiplier).argmin()]

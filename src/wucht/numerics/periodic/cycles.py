@@ -1,4 +1,4 @@
-"""Branches of periodic orbits in one parameter, with winding numbers for angles, and what changes along them.
+"""Branches of periodic orbits in one parameter, with winding numbers for angles, and their special orbits.
 
 The orbit is y(tau), tau = t/T from 0 to 1: y' = T f(y, p), y(1) = y(0) + 2 pi winding, and the phase is fixed by
 int (y - y_ref) . y_ref' = 0. E. J. Doedel, "Lecture notes on numerical analysis of nonlinear equations", in: Numerical
@@ -40,16 +40,16 @@ from wucht.numerics.periodic.orbit_branch_points import orbit_branch_point
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
 from wucht.system import System
 
-_STEERING = 1e-10  # relative, of multipliers by which special points are found
-_LOCATING = 1e-9  # accuracy, when they are
-_ROUNDING = 1e-9  # a test function that is smaller says nothing
-_STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: it does not change but for rounding
-_STANDS = 1e-7  # of the parameter's share in the tangent, on any mesh: below it its sign says nothing on its own
-_FAR = 10.0  # of ln mu: what is farther off at both neighbours passes no point of the unit circle between them
-_BESIDE = 0.05  # of a test function at one neighbour: what it is at the other, at most, if that may be the special orbit itself
+_STEERING = 1e-10  # relative accuracy of the multipliers used to detect special points
+_LOCATING = 1e-9  # accuracy of the mesh when they are located
+_ROUNDING = 1e-9  # a smaller test function is not significant
+_STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: a smaller one is rounding
+_STANDS = 1e-7  # of the parameter's share in the tangent, on any mesh: below it its sign alone is not significant
+_FAR = 10.0  # of ln mu: a multiplier farther off at both neighbours does not cross the unit circle between them
+_BESIDE = 0.05  # of a test function at one neighbour: largest value at the other that may be the special orbit itself
 _NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
-_ASIDE = (0.05, 0.1, 0.2, 0.4)  # of the way between two neighbours: so far from where a branch point seems to be
-_LONGER = 4  # times the least period: a branch on which only the period still changes, then
+_ASIDE = (0.05, 0.1, 0.2, 0.4)  # of the way between two neighbours: distances from the estimated branch point
+_LONGER = 4  # times the least period: from there on a branch may change in its period only
 STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, foretold=True)
 
 
@@ -85,23 +85,23 @@ class Cycles:
         accuracy: float = 1e-7,
         degree: int = 6,
     ) -> Cycles:
-        """Of a System whose equations do not depend on time.
+        """Set up the orbits of an autonomous System.
 
         Parameters
         ----------
         system : System
         parameter : str
-            The name of the one that is varied.
-        fixed : mapping
+            Name of the varied one.
+        fixed_values : mapping
             Values of all others.
         bounds : (float, float)
             Of the parameter.
         winding : mapping, optional
             Turns of angles in a period, by the states' names.
         scale : mapping, optional
-            By how much states and the parameter change when they change much, by name; 1 where it is silent.
+            Typical changes of states and the parameter, by name; 1 where not given.
         periods : (float, float)
-            Beyond which periods the branch is not followed.
+            Range of periods within which the branch is followed.
         steps, accuracy, degree
             See ``Steps``, ``BoundaryValueProblem``, ``Mesh``.
 
@@ -109,7 +109,8 @@ class Cycles:
         ------
         WuchtError
             As ``Equations.of``, for a winding of a state that is no angle, for bounds without a range between them, and for
-            equations that depend on time: see ``forced``.
+            equations that depend on time: see
+            ``with_forcing_phase``.
         """
         refuse_empty(parameter, bounds)
         refuse_empty("the period", periods)
@@ -117,7 +118,7 @@ class Cycles:
         return cls(equations, bounds, periods, turns_of(system, winding), steps or STEPS, accuracy, degree)
 
     def problem(self, mesh: Mesh, period: float) -> BoundaryValueProblem:
-        """The boundary value problem on a mesh, a guess of the period being its size."""
+        """Return the boundary value problem on a mesh, with a guess of the period as its scale."""
         e, n = self.equations, self.equations.n
         sizes = e.scale.copy()
         sizes[n] = period
@@ -127,11 +128,11 @@ class Cycles:
         return BoundaryValueProblem(e.values, n, 2, ends, phase, mesh, nothing, sizes, advance, self.accuracy)
 
     def curve(self, problem: BoundaryValueProblem) -> Curve:
-        """What is followed, within the bounds of parameter and period."""
+        """Return the continuation problem, within the bounds of parameter and period."""
         return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps, is_orbit)
 
     def seen(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
-        """A point of the curve with its multipliers. near: the basis of a neighbour."""
+        """Return the orbit at a point of the curve with its multipliers. near: the basis of a neighbour."""
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         if curve.steps.foretold:  # the Jacobian is that at a point before
@@ -139,16 +140,16 @@ class Cycles:
         return Cycle(curve, point, *collocated_multipliers(problem, point.u, point.jacobian, near, _STEERING))
 
     def walk(self, start: Cycle) -> Walk[Cycle]:
-        """The orbits from a first one on, special ones among them, as they are asked for."""
+        """Return an iterator over the orbits from a first one on, including special ones."""
         return Walk(self._walked(start))
 
     def backwards(self, cycle: Cycle) -> Cycle:
-        """The same orbit of the branch followed the other way."""
+        """Return the same orbit of the branch followed the other way."""
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
 
     def _walked(self, start: Cycle) -> Generator[Cycle, None, str]:
         here, least, walk = start, start.period, start.curve.follow(start.point)
-        # Where a test function is lost in rounding its sign is that of the last orbit where it was not.
+        # Where a test function is lost in rounding, its sign is that of the last orbit where it was significant.
         last = {kind: (start, test(start)) for kind, test in TESTS.items()}
         for curve, point in walk:
             there = self.seen(curve, point, here.basis)
@@ -182,15 +183,15 @@ class Cycles:
         return walk.end
 
     def _stands_still(self, *neighbours: Cycle) -> bool:
-        """Whether the parameter does not change but for errors, whose sign makes a fold where no multiplier passes 1."""
+        """True if the parameter changes by errors only, whose sign would make a fold where no multiplier passes 1."""
         return all(abs(c.point.tangent[-1]) < _STANDS * self.equations.scale[-1] for c in neighbours)
 
     def _between(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> list[Cycle]:
-        """The special orbit between two at which a test function changes its sign; none where that is no special orbit."""
+        """Return the special orbit between two at which a test function changes its sign; none where it is not special."""
         before = here.on(there.problem.mesh)
         try:
             fine, first, last = refined((curve, before), (curve, there.point), _LOCATING)
-        except RunError:  # near a connection of saddles, where the parameter stands still but for errors
+        except RunError:  # near a connection of saddles, where the parameter stands still except for errors
             if kind == FOLD:
                 return []
             fine, first, last = curve, before, there.point
@@ -200,7 +201,7 @@ class Cycles:
             return []
         begin, end = (test(seen(p)) for p in (first, last))
         if begin * end > 0 and min(abs(begin), abs(end)) > _BESIDE * max(abs(begin), abs(end)):
-            return []  # on the better mesh nothing is passed
+            return []  # no change of sign on the finer mesh
         if kind == BRANCH_POINT:
             special = self._branch_point(fine, first, last, abs(begin) / (abs(begin) + abs(end)), seen)
         else:
@@ -214,7 +215,7 @@ class Cycles:
     def _branch_point(
         self, curve: Curve, a: CurvePoint, b: CurvePoint, root: float, seen: Callable[[CurvePoint], Cycle]
     ) -> Cycle | None:
-        """The branch point between two neighbours, at about a share of the way; None where none is found from orbits there."""
+        """Locate the branch point between two neighbours, at about a share of the way; None where that fails."""
         for share in (root, *(root + s * d for d in _ASIDE for s in (1, -1))):
             if not 0 <= share <= 1:
                 continue

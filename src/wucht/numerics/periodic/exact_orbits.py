@@ -1,6 +1,6 @@
-"""A periodic orbit to the integrator's accuracy, breakpoints of piecewise functions included, with the exact linearisation.
+"""Periodic orbit to the integrator's accuracy, including breakpoints of piecewise functions, with the exact linearisation.
 
-Newton's method on the motions from place to place, multiple shooting: alone from nearby, else after
+Multiple shooting: Newton's method on the motions from place to place, alone from a near guess, else after
 collocation.
 U. M. Ascher, R. M. M. Mattheij, R. D. Russell, "Numerical Solution of Boundary Value Problems for Ordinary Differential
 Equations", SIAM 1995, section 4.3.
@@ -25,11 +25,11 @@ _LEAST = 2.0**-5  # share of a step
 
 @dataclass(frozen=True, eq=False)
 class ExactOrbit:
-    """An orbit.
+    """Orbit by multiple shooting.
 
-    states (n, G): at its places. times (G + 1,): of these in periods, from 0 to 1. at: its linearisation. flow (n, G): dx/dt
-    there. gap (n,): by which it misses its beginning in directions that are left open. residual: the most that is missed
-    elsewhere, by the states' sizes.
+    states (n, G): at its places. times (G + 1,): of these in periods, from 0 to 1. linearisation: between them. flow (n, G):
+    dx/dt there. gap (n,): between its end and its begin in the open directions. residual: the largest gap elsewhere, by the
+    states' sizes.
     """
 
     states: np.ndarray
@@ -50,20 +50,20 @@ def exact(
     tolerance: float,
     most_steps: int,
 ) -> ExactOrbit:
-    """The orbit near one by collocation.
+    """Compute the orbit near one by collocation.
 
     Parameters
     ----------
-    compiled : CompiledSystem
+    compiled_system : CompiledSystem
         Without outputs and quadratures.
     parameters : ndarray
         In the System's order.
     time : float
         At its beginning.
-    near : Closed
+    near : ClosedOrbit
     closing : Closing
     tolerance : float
-        Of what is missed, by the states' sizes, before the last correction.
+        Of the gaps, by the states' sizes, before the last correction.
     most_steps : int
 
     Raises
@@ -89,7 +89,7 @@ def exact(
         by, longer, s = at.correction(scaled, borders)
         scaled[-1] -= borders.open @ (borders.open.T @ scaled[-1])
         size, gap, new = float(np.abs(scaled).max()), closing.sizes * (borders.open @ s), len(s) != count
-        # What is singular from far away need not be so nearer by.
+        # A direction that is singular far from the orbit need not be so near it.
         done = size <= tolerance and (closing.missed(gap) <= tolerance or not new)
         if step == most_steps and not done:
             break
@@ -100,7 +100,7 @@ def exact(
         else:
             break
         x = last[0] + share * change[0].T * closing.sizes[:, None]
-        x[held, 0] = closing.reference[held]  # but for rounding it is that
+        x[held, 0] = closing.reference[held]  # equal already except for rounding
         period = last[1] + share * change[1] * closing.period
         if done:
             break
@@ -112,9 +112,9 @@ def exact(
 def finer(
     compiled: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes (n,), from places so near that all are exact.
+    """Return the orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes (n,), at places close enough.
 
-    Arguments as of ``exact``. Raises ``RunError`` where an integration fails.
+    Arguments as of ``exact_orbit``. Raises ``RunError`` where an integration fails.
     """
     linear = compile_system(variational(compiled.system, len(sizes)), compiled.tolerance, (), compiled.engine_name)
     times = time + orbit.period * orbit.times

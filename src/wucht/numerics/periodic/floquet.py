@@ -1,4 +1,4 @@
-"""Floquet multipliers as logarithms, right where they are tiny or huge: ln mu of -400 beside one that is 0.
+"""Floquet multipliers as logarithms, accurate where they are tiny or huge: ln mu of -400 beside one of 0.
 
 The monodromy matrix is never multiplied out. The maps of parts of the period turn an orthogonal basis, whose stretches are
 summed as logarithms; after some periods the basis is that of the invariant subspaces. L. Dieci, E. S. Van Vleck, "Lyapunov
@@ -26,15 +26,15 @@ from wucht.system import System
 _CONDITION = 1e4  # of products of maps: four digits less than rounding
 _MOST_LEGS = 100_000  # of a period
 _PERIODS = 25
-_VOLUMES = 1e-6  # of ln of a map's determinant: what it may be wrong by
-_RESOLVED, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # by which ln of a volume changes in an interval that resolves it; times
-_MOST_INTERVALS = 600  # what decays by more than some e^-2000 in a period is left unresolved
-_ALIKE = 1e-5  # of ln mu: what it changes by on a finer mesh, where it is known on its own
+_VOLUMES = 1e-6  # of ln of a map's determinant: tolerated error
+_RESOLVED, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # change of ln of a volume in an interval that resolves it; parts; times
+_MOST_INTERVALS = 600  # decay by more than about e^-2000 in a period is not resolved
+_ALIKE = 1e-5  # of ln mu: change on a finer mesh below which it is accurate
 _INTEGRATION = 1e-15  # tolerance
 
 
 def logarithms(maps: np.ndarray, basis: np.ndarray | None = None, tolerance: float = 1e-12) -> tuple[np.ndarray, np.ndarray]:
-    """ln mu of the product maps[-1] ... maps[0].
+    """Return ln mu of the product maps[-1] ... maps[0].
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def logarithms(maps: np.ndarray, basis: np.ndarray | None = None, tolerance: flo
             triangles[k] = factors
             basis = dorgqr(factors, reflectors)[0]
         turned = first.T @ basis
-        # What is left below a block changes its multipliers by as much, relative to them.
+        # The remainder below a block changes its multipliers by as much, relative to them.
         splits = [k for k in range(1, n) if np.abs(turned[k:, :k]).max() < tolerance]
         if len(splits) == n - 1:
             break
@@ -79,13 +79,13 @@ def logarithms(maps: np.ndarray, basis: np.ndarray | None = None, tolerance: flo
 
 
 def across_flow(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
-    """The maps of what changes across the orbit, and ln mu of the change along it, which is 0 but for errors.
+    """Return the maps of changes across the orbit, and ln mu of the change along it, which is 0 except for errors.
 
     maps (G, n, n): from one place of an orbit to the next. flow (G, n): dx/dt at these places.
     Returns maps (G, n-1, n-1): their product has the multipliers of the orbit without the trivial one.
     """
     basis = np.linalg.qr(flow[..., None], mode="complete")[0]
-    # The period ends in the very basis in which it began: one of its own may be mirrored, where rounding decides on a sign.
+    # The period ends in the very basis in which it began: a recomputed one may be mirrored, where rounding decides on a sign.
     turned = np.concatenate([basis[1:], basis[:1]]).transpose(0, 2, 1) @ maps @ basis
     with np.errstate(divide="ignore"):
         along = float(np.log(np.abs(turned[:, 0, 0])).sum())
@@ -93,8 +93,8 @@ def across_flow(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 class OrbitMultipliers(NamedTuple):
-    """Of an orbit. logarithms (n-1,): ln mu without the trivial one. along: that one's, 0 but for errors. product_error: by how
-    much the sum of all is not the integral of the divergence over a period. basis (n-1, n-1): see ``logarithms``."""
+    """Multipliers of an orbit. logarithms (n-1,): ln mu without the trivial one. along: that one's, 0 except for errors.
+    product_error: sum of all minus the integral of the divergence over a period. basis (n-1, n-1): see ``logarithms``."""
 
     logarithms: np.ndarray
     along: float
@@ -105,10 +105,10 @@ class OrbitMultipliers(NamedTuple):
 def collocated_multipliers(
     problem: BoundaryValueProblem, u: np.ndarray, jacobian: CollocationJacobian, near: np.ndarray | None, tolerance: float
 ) -> OrbitMultipliers:
-    """The multipliers of an orbit as collocation has them, their product checked by Liouville's formula.
+    """Return the multipliers of an orbit by collocation, their product checked by Liouville's formula.
 
-    Where that is not met the changes decay or grow too fast for the mesh, and it is refined there. The orbit is less
-    accurate between the points of its own mesh than on them: multipliers that hardly change by that stay as they were. Of two
+    Where that is violated the changes decay or grow too fast for the mesh, and it is refined there. The orbit is less
+    accurate between the points of its mesh than on them: multipliers that hardly change by the refinement are kept. For two
     states the only one is the integral itself.
 
     Parameters
@@ -118,7 +118,7 @@ def collocated_multipliers(
     u : ndarray
         Its unknowns.
     jacobian : CollocationJacobian
-        There.
+        At these unknowns.
     near : ndarray, (n-1, n-1), optional
         The basis of a neighbour.
     tolerance : float
@@ -147,12 +147,12 @@ def collocated_multipliers(
 
 
 def _wrong_volumes(maps: np.ndarray, volumes: np.ndarray) -> np.ndarray:
-    """Which maps (G, n, n) have another determinant than what volumes grow by, given its logarithm (G,)."""
+    """Return a mask of the maps (G, n, n) whose determinants differ from the growth of volumes, given its logarithm (G,)."""
     return np.asarray(~(np.abs(np.linalg.slogdet(maps)[1] - volumes) < _VOLUMES))
 
 
 def _merged(maps: np.ndarray) -> np.ndarray:
-    """Products of neighbouring maps, as long as each is of moderate condition."""
+    """Multiply neighbouring maps, as long as each product is of moderate condition."""
     while len(maps) > 1:
         even = len(maps) // 2 * 2
         products = np.concatenate([maps[1:even:2] @ maps[0:even:2], maps[even:]])
@@ -163,7 +163,7 @@ def _merged(maps: np.ndarray) -> np.ndarray:
 
 
 def _of_block(turned: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """ln mu (b,) of a diagonal block (b, b): of the product of its triangles, turned."""
+    """Return ln mu (b,) of a diagonal block (b, b): of the product of its triangles and its rotation."""
     with np.errstate(divide="ignore"):
         if len(turned) == 1:
             diagonal = triangles[:, 0, 0]
@@ -180,7 +180,7 @@ def _of_block(turned: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def integrated_maps(
     system: System, parameters: Mapping[str, float], times: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What small changes become from one place of an orbit to the next, by integrating the variational equations.
+    """Return the maps of small changes from one place of an orbit to the next, by integrating the variational equations.
 
     times (K+1,), states (n, K+1): of the orbit, the last a period after the first. Between two of them there are more places
     where the changes grow and decay too differently. Returns maps (G, n, n) and dx/dt (G, n). Raises ``RunError``.
@@ -195,7 +195,7 @@ def integrated_maps(
 def of_moderate_condition(
     linear: CompiledSystem, parameters: np.ndarray, times: np.ndarray, states: np.ndarray, maps: np.ndarray, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Legs of a motion, halved until changes do not grow and decay too differently: longer maps lose what decays fastest.
+    """Halve legs of a motion until changes do not grow and decay too differently: longer maps lose the fastest decay.
 
     linear: the variational equations. times (G+1,). states (n, G): at the legs' beginnings. maps (G, n, n): in units of the
     states' sizes (n,). Returns times, states and maps. Raises ``RunError``.
@@ -203,7 +203,7 @@ def of_moderate_condition(
     while len(long := np.flatnonzero(np.linalg.cond(maps) > _CONDITION)):
         if len(maps) + len(long) > _MOST_LEGS:
             raise RunError(
-                f"changes of the motion grow and decay too differently to be told apart on {_MOST_LEGS} legs",
+                f"changes of the motion grow and decay too differently to be resolved on {_MOST_LEGS} legs",
                 code="too-different",
             )
         begin, end = times[long], times[long + 1]
@@ -219,7 +219,7 @@ def of_moderate_condition(
 def integrated_legs(
     linear: CompiledSystem, parameters: np.ndarray, begin: np.ndarray, end: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The states (n, G) at the ends of legs of a motion, and what small changes become there (G, n, n).
+    """Return the states (n, G) at the ends of legs of a motion, and the maps of small changes to there (G, n, n).
 
     linear: the variational equations. begin, end (G,): times. states (n, G): at the beginnings. Raises ``RunError``.
     """

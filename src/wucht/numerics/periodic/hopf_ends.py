@@ -1,4 +1,4 @@
-"""Where a branch of periodic orbits shrinks to an equilibrium: the Hopf point there, confirmed by its eigenvalues."""
+"""Hopf points at which branches of periodic orbits shrink to an equilibrium, confirmed by their eigenvalues."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from wucht.numerics.periodic.periods import equilibrium_equations
 SHRINKS = "it shrinks to an equilibrium: a Hopf point"
 VANISHES = "it shrinks to a point, at which no Hopf point was confirmed"
 
-_POINTS = 40  # of the equilibria, each way, among which a special one is looked for
+_POINTS = 40  # of the equilibria, each way, among which a special one is searched
 _STEPS = Steps(first=1e-3, most=0.05, points=_POINTS)
 _AGREE_FREQUENCY = 0.1  # relative, of the last orbit and the Hopf point
-_NEAR = 0.5  # of the size of the last orbit but one: how far from the last one the Hopf point is, at most
+_NEAR = 0.5  # of the size of the last orbit but one: largest distance of the Hopf point from the last one
 
 
 def equilibria_of(orbits: Equations) -> Equilibria:
-    """The equilibria of the System whose orbits have these equations, without bounds, in short steps."""
+    """Return the equilibria of the System whose orbits have these equations, without bounds, in short steps."""
     return Equilibria(equilibrium_equations(orbits), (-math.inf, math.inf), _STEPS)
 
 
 def nearest_special(equilibria: Equilibria, start: CurvePoint, kind: str) -> Equilibrium | None:
-    """The first point of a kind on the branch of equilibria through a point, whichever way it is nearer."""
+    """Return the nearest point of a kind, either way, on the branch of equilibria through a point."""
 
     def ways() -> Iterator[Equilibrium]:
         for point in (start, equilibria.curve.backwards(start)):
@@ -42,10 +42,10 @@ def nearest_special(equilibria: Equilibria, start: CurvePoint, kind: str) -> Equ
 
 
 def hopf_point(orbits: Equations, last: Sequence[Cycle]) -> Equilibrium | None:
-    """The Hopf point at which orbits end that shrink, or None where there is none.
+    """Return the Hopf point at which shrinking orbits end, or None where there is none.
 
-    A pair of eigenvalues crosses the imaginary axis there, with the frequency of the orbits, and it is as near to the last
-    orbit as the square of the orbits' size, linear in the parameter, says.
+    A pair of eigenvalues crosses the imaginary axis there, with the frequency of the orbits, and its distance from the last
+    orbit agrees with the square of the orbits' size, which is linear in the parameter.
 
     orbits: the equations y' = T f(y, p). last: the last orbits of the branch, two or more where there are as many.
     """
@@ -57,7 +57,7 @@ def hopf_point(orbits: Equations, last: Sequence[Cycle]) -> Equilibrium | None:
             return None
         value = q if a == b else (a * q - b * p) / (a - b)
     equilibria, (mean, mean_before) = equilibria_of(orbits), (c.states @ c.problem.mesh.shares for c in (here, before))
-    try:  # from beside it, where it can be seen that something crosses
+    try:  # from beside it, where the crossing can be detected
         hopf = nearest_special(equilibria, equilibria.start(mean_before, before.parameter), HOPF)
     except RunError:
         return None
@@ -70,6 +70,6 @@ def hopf_point(orbits: Equations, last: Sequence[Cycle]) -> Equilibrium | None:
 
 
 def _square(cycle: Cycle) -> float:
-    """The mean square of an orbit's deviation from its mean, by its sizes."""
+    """Return the mean square of an orbit's deviation from its mean, by its sizes."""
     shares, y = cycle.problem.mesh.shares, cycle.states / cycle.problem.sizes[:-2, None]
     return float((((y - (y @ shares)[:, None]) ** 2) @ shares).sum())

@@ -2,7 +2,7 @@
 
 There the equations F(u) = 0 lack a rank. With a gap beta l left open, y(1) - y(0) - 2 pi winding = beta l, they have it, and
 their solutions form a surface on which beta is a smooth function of two coordinates. Its contour beta = 0 are both branches;
-they cross at its saddle point, which Newton's method finds to rounding: unlike on a branch nothing is singular there.
+they cross at its saddle point, to which Newton's method converges to rounding: unlike on a branch nothing is singular there.
 E. L. Allgower, K. Georg, "Numerical Continuation Methods", Springer 1990, section 8.3 (unfolding); W. Govaerts, "Numerical
 Methods for Bifurcations of Dynamical Equilibria", SIAM 2000, section 4.1 (the algebraic branching equation).
 """
@@ -25,12 +25,12 @@ _CROSSING = 1e-7  # of beta, in units of the states' sizes: branches that pass o
 _STEP = 1e-4  # arclength: of central differences of the slopes of beta, which are right to about 1e-10
 _TOLERANCE = 1e-11  # of both coordinates, arclengths
 _MOST_STEPS = 60  # evaluations
-_FARTHEST = 1.0  # of the way between both neighbours: how far from either a branch point between them lies at most
+_FARTHEST = 1.0  # of the way between both neighbours: largest distance of a branch point beyond either
 
 
 @dataclass(frozen=True, eq=False)
 class OrbitBranchPoint:
-    """Where two branches of orbits cross.
+    """Branch point at which two branches of orbits cross.
 
     u: the unknowns. tangents (2, len(u)): of the branch that was followed, and of the other. share: of the way to it.
     """
@@ -42,9 +42,9 @@ class OrbitBranchPoint:
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """The solutions with an open gap near one of them, by two coordinates: arclengths along two directions.
+    """Surface of solutions with an open gap near one of them, by two coordinates: arclengths along two directions.
 
-    curve: of orbits. unfolded: the equations with beta as first parameter, by the second coordinate. origin: u with beta.
+    curve: of orbits. problem_at: the equations with beta as first parameter, at a second coordinate. origin: u with beta.
     directions (2, len(origin)).
     """
 
@@ -55,14 +55,14 @@ class _Surface:
 
     @classmethod
     def near(cls, curve: Curve, point: CurvePoint) -> _Surface:
-        """Near a point of a curve of orbits, whose equations are nearly singular there."""
+        """Set up the surface near a point of a curve of orbits, whose equations are nearly singular there."""
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         n, length = problem.n, len(point.u)
         collocated = length - problem.q - n
         sides = np.zeros((length, n))
         sides[collocated : collocated + n] = np.diag(problem.sizes[:n])
-        # What is nearly singular answers any gap in one direction, and one gap most.
+        # A nearly singular matrix answers any gap in one direction, and one gap most strongly.
         answers = problem.solution(point.jacobian, point.tangent / problem.scale**2, sides)[0] / problem.scale[:, None]
         left, _, right = np.linalg.svd(answers, full_matrices=False)
         other, gap = left[:, 0] * problem.scale, right[0] * problem.sizes[:n]
@@ -70,7 +70,7 @@ class _Surface:
         return cls(curve, partial(_unfolded, problem, gap, point.u, other), _with_gap(problem, point.u), directions)
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The solution at a place (2,) and how it changes with both coordinates (2, len(u)). Raises ``RunError``."""
+        """Return the solution at a place (2,) and its derivatives by both coordinates (2, len(u)). Raises ``RunError``."""
         problem, along = self.unfolded(float(place[1])), self.directions[0]
         point, _ = replace(self.curve, problem=problem).corrected(self.origin + place @ self.directions, along, 0.0)
         sides = np.zeros((len(point.u), 2))
@@ -79,12 +79,12 @@ class _Surface:
 
     @property
     def gap_index(self) -> int:
-        """Of beta among the unknowns."""
+        """Index of beta among the unknowns."""
         return len(self.origin) - 3
 
 
 def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePoint) -> OrbitBranchPoint:
-    """The branch point between two neighbouring orbits of a branch.
+    """Locate the branch point between two neighbouring orbits of a branch.
 
     Parameters
     ----------
@@ -105,11 +105,11 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
     with_gap, changes = surface.at(place)
     i = surface.gap_index
     if not abs(with_gap[i]) < _CROSSING:
-        raise RunError("no branch point was found: two branches pass one another")
+        raise RunError("there is no branch point: two branches pass one another")
     u, way = np.delete(with_gap, i), b.u - a.u
     share = float((u - a.u) / curve.problem.scale @ (way / curve.problem.scale)) / curve.size(way) ** 2
     if not -_FARTHEST <= share <= 1 + _FARTHEST:
-        raise RunError("no branch point was found between two orbits")
+        raise RunError("there is no branch point between the two orbits")
     tangents = np.delete(_contours(surface, place) @ changes, i, axis=1)
     tangents /= np.array([[curve.size(t)] for t in tangents])
     along = tangents / curve.problem.scale @ (way / curve.problem.scale)
@@ -118,7 +118,7 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
 
 
 def _saddle_point(surface: _Surface) -> np.ndarray:
-    """The coordinates (2,) at which both slopes of beta vanish. Raises ``RunError``."""
+    """Return the coordinates (2,) at which both slopes of beta vanish. Raises ``RunError``."""
     from scipy.optimize import root
 
     def slopes(place: np.ndarray) -> np.ndarray:
@@ -127,32 +127,32 @@ def _saddle_point(surface: _Surface) -> np.ndarray:
     options = {"xtol": _TOLERANCE, "eps": _STEP**2, "maxfev": _MOST_STEPS}
     found = root(slopes, np.zeros(2), options=options)
     if not (found.success or np.abs(found.fun).max() < _TOLERANCE):
-        raise RunError("no branch point was found: Newton's method does not converge")
+        raise RunError("no branch point is located: Newton's method does not converge")
     return np.asarray(found.x)
 
 
 def _contours(surface: _Surface, place: np.ndarray) -> np.ndarray:
-    """The directions (2, 2), by both coordinates, in which beta stays zero from its saddle point on. Raises ``RunError``."""
+    """Return the directions (2, 2) in both coordinates in which beta stays zero at its saddle point. Raises ``RunError``."""
     i, steps = surface.gap_index, _STEP * np.eye(2)
     second = np.array([surface.at(place + h)[1][:, i] - surface.at(place - h)[1][:, i] for h in steps]) / (2 * _STEP)
     a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
     inside = b * b - a * c
     if not inside > 0:
-        raise RunError("no two branches cross here: it is no simple branch point")
+        raise RunError("no two branches cross here: it is not a simple branch point")
     # a s^2 + 2 b s x + c x^2 = 0, each root by the formula that does not cancel.
     q = -(b + math.copysign(math.sqrt(inside), b))
     return np.array([(q, a), (c, q)])
 
 
 def _with_gap(problem: BoundaryValueProblem, u: np.ndarray) -> np.ndarray:
-    """Unknowns, or a change of them, with a gap of none as the first of three parameters."""
+    """Insert a zero gap as the first of three parameters into unknowns, or a change of them."""
     return np.insert(u, len(u) - problem.q, 0.0)
 
 
 def _unfolded(
     problem: BoundaryValueProblem, gap: np.ndarray, u: np.ndarray, other: np.ndarray, coordinate: float
 ) -> BoundaryValueProblem:
-    """The equations with a gap (n,) left open, whose size is the first parameter, at a distance from u in another direction."""
+    """Return the equations with an open gap (n,), scaled by the first parameter, at a distance from u in a direction."""
     n, q, mesh = problem.n, problem.q, problem.mesh
     sizes = np.insert(problem.sizes, n, 1.0)
     (y, parameters), (change, changes) = problem.split(u), problem.split(other)

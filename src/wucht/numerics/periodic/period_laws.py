@@ -1,4 +1,4 @@
-"""How a period grows without bound as a parameter nears a critical value: the two laws, fitted to the last orbits of a branch.
+"""Laws by which a period grows without bound near a critical parameter value, fitted to the last orbits of a branch.
 
 At a saddle-node on the orbit T = C/sqrt(mu) + c, at a connection of saddles T = -ln(mu)/lambda + c, with mu = |p - p*|.
 S. H. Strogatz, "Nonlinear Dynamics and Chaos", Perseus 1994, section 8.4; Yu. A. Kuznetsov, "Elements of Applied Bifurcation
@@ -18,18 +18,18 @@ _SHAPES: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
     SADDLE_NODE: lambda mu: mu**-0.5,
     CONNECTION: lambda mu: -np.log(mu),
 }
-_RESOLVED = (1e-9, 1e-8, 1e-7)  # of the parameter's size: nearer to its last value orbits are not told apart
-_PRECISION = 1e-11  # of the parameter: orbits are not computed better
-_LATE = 1e-6  # of the parameter's size: what follows an orbit so near to the end scatters about p*
-_WINDOWS = (1.15, 1.3, 1.6, 2.0, 3.0)  # by how much the period grows over the orbits that are fitted
+_RESOLVED = (1e-9, 1e-8, 1e-7)  # of the parameter's size: nearer to its last value orbits are not distinguished
+_PRECISION = 1e-11  # of the parameter: accuracy of orbits
+_LATE = 1e-6  # of the parameter's size: orbits so near to the end scatter about p*
+_WINDOWS = (1.15, 1.3, 1.6, 2.0, 3.0)  # growth of the period over the fitted orbits
 _FEWEST = 6  # orbits
-_NEAREST, _FARTHEST, _PLACES = 1e-12, 1e3, 120  # of the window's width: how far beyond the last orbit p* is looked for
+_NEAREST, _FARTHEST, _PLACES = 1e-12, 1e3, 120  # of the window's width: range beyond the last orbit in which p* is searched
 
 
 @dataclass(frozen=True)
 class PeriodLaw:
-    """A law fitted to some orbits. critical: p*. error: of it, about: by how much it changes with the orbits that are fitted.
-    factor: C, or 1/lambda. residual: root of the mean square of what the periods differ from the law, over the range of these
+    """Law fitted to some orbits. critical: p*. error: estimate for p*, from its changes with the fitted orbits.
+    factor: C, or 1/lambda. residual: root mean square deviation of the periods from the law, over the range of these
     periods.
     """
 
@@ -42,7 +42,7 @@ class PeriodLaw:
 
 @dataclass(frozen=True)
 class Growth:
-    """Both laws, fitted to the same orbits, of which there are some number."""
+    """Both laws, fitted to the same orbits. orbits: their number."""
 
     saddle_node: PeriodLaw
     connection: PeriodLaw
@@ -50,15 +50,15 @@ class Growth:
 
     @property
     def better(self) -> PeriodLaw:
-        """The law with the smaller residual."""
+        """Law with the smaller residual."""
         return min((self.saddle_node, self.connection), key=lambda law: law.residual)
 
 
 def growth(values: np.ndarray, periods: np.ndarray) -> Growth | None:
-    """The laws by which the periods (N,) grow at the end of a branch, given the parameter's values (N,).
+    """Fit the laws by which the periods (N,) grow at the end of a branch, given the parameter's values (N,).
 
     They are fitted to the last orbits that differ from the very last one by more than rounding, over which the period grows by
-    some factor: by that at which one of the laws fits best. None where there are too few.
+    a factor: that at which one of the laws fits best. None where there are too few.
     """
     apart, size = np.abs(values - values[-1]), float(max(np.abs(values).max(), np.ptp(values)))
     monotone = np.empty(0, int)
@@ -90,7 +90,7 @@ def _both(values: np.ndarray, periods: np.ndarray, last: float) -> Growth:
 
 
 def _law(name: str, values: np.ndarray, periods: np.ndarray, last: float) -> PeriodLaw:
-    """The best fit."""
+    """Return the best fit of a law."""
     from scipy.optimize import minimize_scalar
 
     away, sense, shape = np.abs(last - values), math.copysign(1.0, last - values[0]), _SHAPES[name]

@@ -1,4 +1,4 @@
-"""Systems as boundary value problems of orbits are stated for: in units of a period, and free of explicit time."""
+"""Systems in the form of boundary value problems of orbits: in units of a period, and without explicit time."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ FORCING = "forcing.phase"
 
 @lru_cache(maxsize=64)
 def in_periods(system: System) -> System:
-    """The System with a period as its unit of time, which is its first parameter; outputs and quadratures are left out.
+    """Return the System with a period as its unit of time, which is its first parameter; without outputs and quadratures.
 
     Raises ``WuchtError`` where the equations depend on time.
     """
     if system.depends_on_time:
         raise WuchtError(
-            "these equations depend on time: give them a phase instead, by forced(system, frequency)", code="time-dependent"
+            "these equations depend on time: make them autonomous by with_forcing_phase(system, frequency)",
+            code="time-dependent",
         )
     derivatives = tuple(PERIOD * d for d in system.derivatives)
     return System(system.states, derivatives, (PERIOD, *system.parameters), system.definitions, angles=system.angles)
 
 
 def equilibrium_equations(orbits: Equations) -> Equations:
-    """f(x, p) = 0 of the System whose orbits y' = T f(y, p) have these equations, with the period and one parameter varied."""
+    """Return f(x, p) = 0 of the System whose orbits y' = T f(y, p) have these equations, with the period and one parameter."""
     n = orbits.n
     rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
 
@@ -46,7 +47,7 @@ def equilibrium_equations(orbits: Equations) -> Equations:
 
 
 def refuse_empty(name: str, bounds: tuple[float, float]) -> None:
-    """Raises ``WuchtError`` where nothing lies between two bounds."""
+    """Raise ``WuchtError`` where nothing lies between two bounds."""
     if not bounds[0] < bounds[1]:
         raise WuchtError(
             f"the bounds of {name} are ({bounds[0]:g}, {bounds[1]:g}): the first must be less than the second", code="order"
@@ -54,7 +55,7 @@ def refuse_empty(name: str, bounds: tuple[float, float]) -> None:
 
 
 def turns_of(system: System, winding: Mapping[str, int] | None) -> np.ndarray:
-    """How often each state (n,) turns in a period, by the states' names. Raises ``WuchtError`` for a state that is no angle."""
+    """Return the turns of each state (n,) in a period, by the states' names. Raises ``WuchtError`` for one that is no angle."""
     turns = dict(winding or {})
     if wrong := [name for name in turns if name not in {s.name for s in system.angles}]:
         raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System", code="no-angle")
@@ -62,7 +63,7 @@ def turns_of(system: System, winding: Mapping[str, int] | None) -> np.ndarray:
 
 
 def forced(system: System, frequency: str) -> System:
-    """A System whose equations repeat after a time of 2 pi/frequency, as one without time: with a phase as its last state.
+    """Return a periodically forced System, of period 2 pi/frequency, as an autonomous one: with a phase as its last state.
 
     The phase ``forcing.phase`` is an angle that grows by the frequency; orbits wind about it once or several times in their
     period, and have the multipliers of the forced System beside the trivial one.

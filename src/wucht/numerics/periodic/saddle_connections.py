@@ -42,19 +42,19 @@ _STEP = 6e-6  # of central differences, in units of scale: the cube root of roun
 _DEGREE = 6
 _HELD = sp.Symbol("_held", real=True)
 _STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)
-_FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is followed longer
-_MOST_LONGER, _LONGER = 8, 4.0  # how often at a first point, and by what factor at once
-_MANY = 120  # intervals of a mesh, by which orbits are not followed longer: next to a Hopf point they never are near its end
+_FAR = 1e-5  # of the orbit's size: where its ends are farther from the saddle, it is extended
+_MOST_LONGER, _LONGER = 8, 4.0  # number of extensions at a first point, and largest factor of each
+_MANY = 120  # intervals of a mesh, from which on orbits are not extended: next to a Hopf point they never come near its end
 _LOCATING = 1e-9  # accuracy of the mesh on which special points are located
 
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Of an equilibrium that is left in one direction.
+    """Directions of an equilibrium that is left in one direction.
 
-    leaving (n,): its left eigenvector, normal to where the equilibrium is reached. others (n-1, n): a basis of the span of the
-    other left eigenvectors, normal to where it is left. by_right, by_left: the states by which the right and the left
-    eigenvector of the leaving direction are measured, largest where they were chosen.
+    leaving (n,): its left eigenvector, normal to the stable subspace. complement (n-1, n): a basis of the span of the
+    other left eigenvectors, normal to the leaving direction. by_right, by_left: the states by which the right and the left
+    eigenvector of the leaving direction are normalised, the largest where they were chosen.
     """
 
     leaving: np.ndarray
@@ -64,10 +64,10 @@ class Directions:
 
     @classmethod
     def of(cls, jacobian: np.ndarray, scale: np.ndarray, by: tuple[int, int] | None = None) -> Directions:
-        """Of the Jacobian (n, n), measured by sizes (n,).
+        """Return the directions of a Jacobian (n, n), scaled by sizes (n,).
 
-        by: the states by which both eigenvectors are measured, where they are compared with those at another place: measured
-        each by its own largest part they would jump. Raises ``RunError`` where the leaving eigenvalue is complex.
+        by: the states by which both eigenvectors are normalised, where they are compared with those at another place: with
+        the largest component of each they would jump. Raises ``RunError`` where the leaving eigenvalue is complex.
         """
         matrix = jacobian / scale[:, None] * scale
         right, left = _leaving(matrix), _leaving(matrix.T)
@@ -78,7 +78,7 @@ class Directions:
 
 
 def _leaving(matrix: np.ndarray) -> np.ndarray:
-    """The eigenvector (n,) of the largest eigenvalue: that is a simple one, and the vector known, whatever the others are."""
+    """Return the eigenvector (n,) of the largest eigenvalue, which is simple, so the vector is well defined."""
     values, vectors = np.linalg.eig(matrix)
     k = int(values.real.argmax())
     if values[k].imag != 0:
@@ -90,9 +90,9 @@ def _leaving(matrix: np.ndarray) -> np.ndarray:
 class Connections:
     """Connections of equilibria each of which is left in one direction.
 
-    rates: f(x, p), by x and the varied parameters. time: T, at least. winding (n,). bounds: of the parameters. folds: which of
-    the equilibria, one or two, are saddle-nodes. longest: up to which time orbits of saddles are followed where, in a shorter
-    one, their ends do not come near to them.
+    rates: f(x, p), by x and the varied parameters. time: T, at least. winding (n,). bounds: of the parameters. folds: True for
+    those of the one or two equilibria that are saddle-nodes. longest: time up to which orbits of saddles are extended where
+    their ends do not come near to them.
     """
 
     rates: Equations
@@ -120,26 +120,26 @@ class Connections:
         accuracy: float = 1e-7,
         longest: float = math.inf,
     ) -> Connections:
-        """Of a System whose equations do not depend on time.
+        """Set up connections of an autonomous System.
 
         Parameters
         ----------
         system : System
         parameters : sequence of str
-            Two, and one more for each saddle-node; one less where a single connection is looked for, not a curve of them.
-        fixed : mapping
+            Two, and one more for each saddle-node; one less where a single connection is computed, not a curve of them.
+        fixed_values : mapping
             Values of all others.
         bounds : sequence of (float, float)
             Of the parameters.
         time : float
-            That the orbit is followed, at least.
+            Least duration of the orbit.
         folds : sequence of bool
-            Whether the equilibrium is a saddle-node; two where the orbit leads to another one, else it returns but for
+            True if the equilibrium is a saddle-node; two where the orbit leads to another one, else it returns up to
             ``winding`` turns of angles.
         winding, scale, steps, accuracy
             As of ``Cycles.of``.
         longest : float
-            An orbit of saddles is followed longer than ``time``, up to this, where its ends are not yet near them: the error of
+            An orbit of saddles is extended beyond ``time``, up to this, where its ends are not yet near them: the error of
             the parameters is about the square of that distance. An orbit of a saddle-node is not: it comes near only as 1/time.
 
         Raises
@@ -152,7 +152,7 @@ class Connections:
             raise WuchtError(
                 "a curve of connections has two parameters with bounds, and one more for each saddle-node", code="count"
             )
-        if len(parameters) < wanted:  # one on which nothing depends is kept: what is left is a point
+        if len(parameters) < wanted:  # with a fixed parameter on which nothing depends the curve becomes a point
             system = replace(system, parameters=(*system.parameters, _HELD))
             parameters, bounds = (*parameters, _HELD.name), (*bounds, (-math.inf, math.inf))
         bare = System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
@@ -161,7 +161,7 @@ class Connections:
         return cls(rates, time, turns, tuple(bounds), tuple(folds), steps or _STEPS, accuracy, longest)
 
     def start(self, times: np.ndarray, states: np.ndarray, equilibria: np.ndarray, values: Sequence[float]) -> Connection:
-        """The connection near an orbit, the last parameter kept. Raises ``RunError`` where none is found.
+        """Compute the connection near an orbit, the last parameter fixed. Raises ``RunError`` where there is none.
 
         times (K,), states (n, K): samples that begin and end near the equilibria (e, n). values: of the parameters.
         """
@@ -177,9 +177,9 @@ class Connections:
         return found
 
     def longer(self, connection: Connection, *, kept: bool = False) -> Connection:
-        """A point of the curve, followed for a longer time where its ends are too far from its saddles; else itself.
+        """Extend a connection to a longer time where its ends are too far from its saddles; else return it unchanged.
 
-        kept: whether the last parameter keeps its value, as in ``start``; else the point moves across its tangent.
+        fix_last: True to fix the last parameter, as in ``start``; else the point moves across its tangent.
         """
         scale, advance = self.rates.scale[: self.rates.n], 2 * math.pi * self.winding
         room = min(self.longest - connection.time, (_LONGER - 1) * connection.time)
@@ -203,7 +203,7 @@ class Connections:
         return later.seen(curve, replace(found, length=point.length))
 
     def seen(self, curve: Curve, point: CurvePoint) -> Connection:
-        """A point of the curve with the equilibria's eigenvalues."""
+        """Return the connection at a point of the curve with the equilibria's eigenvalues."""
         places = self._places(point.u[-self._q :])
         values = [np.linalg.eigvals(self.rates.values(place)[1][:, : self.rates.n]) for place in places]
         ordered = np.array([each[np.argsort(-each.real)] for each in values])
@@ -211,11 +211,11 @@ class Connections:
         return Connection(curve, point, self.time, np.array([p[:n] for p in places]), ordered, places[0][n:])
 
     def walk(self, start: Connection) -> Walk[Connection]:
-        """The connections of the curve from a first one on, special ones among them, as they are asked for."""
+        """Return an iterator over the connections of the curve from a first one on, including special ones."""
         return Walk(self._walked(start))
 
     def backwards(self, connection: Connection) -> Connection:
-        """The same connection of the curve followed the other way."""
+        """Return the same connection of the curve followed the other way."""
         return replace(connection, point=connection.curve.backwards(connection.point))
 
     def _walked(self, start: Connection) -> Generator[Connection, None, str]:
@@ -230,25 +230,25 @@ class Connections:
                     return why
                 yield there
                 if made == self.steps.points:
-                    return f"it has as many points as were asked for, {made}"
+                    return f"it has reached the largest number of points, {made}"
                 step, scale = there.point.length - here.point.length, self.rates.scale[self.rates.n :]
                 still = still + 1 if stands(here, there, scale) else 0
                 if still == LONG:
                     return standing(self.rates.parameters, there)
                 here, longer = there, self.longer(there)
-                if longer is not there:  # another problem: it is gone on with from there, by steps as long as they were
+                if longer is not there:  # another problem: continue from there, with the same length of steps
                     here, steps = longer, replace(self.steps, first=max(step, self.steps.least))
                     break
             else:
                 return walk.end
 
     def _special(self, here: Connection, there: Connection) -> list[Connection]:
-        """The special points between two neighbours, in order; unresolved where one is not located."""
+        """Return the special points between two neighbours, in order; unresolved where one is not located."""
         if len(self.folds) == 2 or self.folds[0] or self.rates.n < 2:
             return []
         found, between = list[Connection](), None
         for kind, test in TESTS.items():
-            if not test(here) * test(there) < 0:  # not so either where one is not a number
+            if not test(here) * test(there) < 0:  # also where one is nan
                 continue
             try:
                 between = between or refined((here.curve, here.point), (there.curve, there.point), _LOCATING)
@@ -271,7 +271,7 @@ class Connections:
         return len(self.folds) * self.rates.n + len(self.bounds)
 
     def _places(self, parameters: np.ndarray) -> list[np.ndarray]:
-        """Each equilibrium with the varied parameters (n + m,)."""
+        """Return each equilibrium with the varied parameters (n + m,)."""
         x, p = np.split(parameters, [len(self.folds) * self.rates.n])
         return [np.concatenate([each, p]) for each in x.reshape(len(self.folds), -1)]
 
@@ -310,7 +310,7 @@ class Connections:
         return BoundaryValueProblem(field, n, q, ends, phase, mesh, nothing, sizes, None, self.accuracy)
 
     def _conditions(self, first: np.ndarray, last: np.ndarray, parameters: np.ndarray, by: tuple[int, int]) -> np.ndarray:
-        """On the first and the last state, on the equilibria, and that they are saddle-nodes."""
+        """Return the conditions on the first and the last state, on the equilibria, and on saddle-nodes."""
         n, places = self.rates.n, self._places(parameters)
         values = [self.rates.values(place) for place in places]
         folds = [np.linalg.det(f_u[:, :n]) for (_, f_u), fold in zip(values, self.folds, strict=True) if fold]
