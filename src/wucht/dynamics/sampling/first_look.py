@@ -235,7 +235,7 @@ class FirstLook:
         return self.known[key]
 
     def _outcome(self, rest: Screening, seen: LastHalf, variants: Variants) -> np.ndarray:
-        """The outcome (M,) of members that have settled, with bodies that hardly move or compensate; else ``UNDECIDED``."""
+        """The outcome (M,) of members that have settled with quiet or compensating bodies; else ``UNDECIDED_OUTCOME``."""
         e, phases = rest.evidence, seen.phases[:, -1]
         others = rest.settled & rest.quiet & (e.at_speed.no | e.balanced.no)
         resonance = np.full(len(others), np.nan)

@@ -21,7 +21,7 @@ _ROUNDING = 1e-9  # of the speed: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: the accuracy of its mean
 _STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: smaller changes are rest, but for rounding or a drift
 _NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
-_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.projected_each``
+_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.project_signals``
 _FEWEST_CYCLES = 3  # of a modulation, which are worth a full classification
 
 

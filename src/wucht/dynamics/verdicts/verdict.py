@@ -154,8 +154,8 @@ class Verdict:
 def judge(machine: Machine, seen: Observation, free: float | None, failure: str | None = None, beyond: bool = False) -> Verdict:
     """Decide the outcome of a run.
 
-    free: the drive's speed without vibration, at the end of the run. failure: why the run failed, if it did. beyond:
-    it ended because it reached the speed limit.
+    free: the drive's speed without vibration, at the end of the run. failure: why the run failed, if it did.
+    is_beyond_limit: it ended because it reached the speed limit.
     """
     machine = machine.at(seen.end_time)
     record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
@@ -279,7 +279,7 @@ def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
 
 
 def _never_again(whole: Blocks, off: np.ndarray, period: float) -> float:
-    """The time of the first block after which none is ``off`` (K,), and a period more."""
+    """The time of the first block after which none ``is_outside`` (K,), and a period more."""
     first = int(np.flatnonzero(off).max(initial=-1)) + 1
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
