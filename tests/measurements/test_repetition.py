@@ -39,7 +39,7 @@ def record(t, unit, said, noise=0.2, motion=None, extra=0.0):
 )
 def test_another_unit_than_the_heading_says(turns, unit, said):
     t = uneven(turns, 100 * turns)
-    sentence = f"r.csv: speed: the numbers are said to be {said}, but they repeat as if they were {unit}: give unit = '{unit}'"
+    sentence = f"r.csv: speed: the numbers are stated in {said}, but they repeat as if they were {unit}: give unit = '{unit}'"
     refused(record(t, unit, said), sentence)
     assert suspicions(fit_orders(record(t, unit, unit), ORDERS)) == []
 
@@ -55,7 +55,7 @@ def test_a_unit_that_makes_a_multiple_of_the_speed(unit, said):
 @pytest.mark.parametrize("turns", [7, 30, 60])
 def test_rad_per_second_that_are_called_rpm(turns):
     """Of seven turns less than one would be left: the unit is told, not the length of the record."""
-    refused(record(uneven(turns, 100 * turns), "rad/s", "rpm"), "said to be rpm, but they repeat as if they were rad/s")
+    refused(record(uneven(turns, 100 * turns), "rad/s", "rpm"), "stated in rpm, but they repeat as if they were rad/s")
 
 
 @pytest.mark.parametrize("unit", ["rpm", "Hz", "deg/s"])
@@ -73,7 +73,7 @@ def test_numbers_without_unit_that_are_no_rad_per_second(unit):
 def test_an_angle_in_another_unit(unit, said):
     t = uneven(20, 4000)
     angles = angle_at(t) / ANGLES[unit]
-    sentence = f"said to be {said}, but they repeat as if they were {unit}: give unit = '{unit}'"
+    sentence = f"stated in {said}, but they repeat as if they were {unit}: give unit = '{unit}'"
     refused(angle_signal(channel(t, angles, said, "angle")), sentence)
     assert suspicions(fit_orders(angle_signal(channel(t, angles, unit, "angle")), ORDERS)) == []
 

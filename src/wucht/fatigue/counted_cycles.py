@@ -1,4 +1,4 @@
-"""Cycles that were counted, what all counting methods give; and their classes: range-mean matrix, difference of two spectra."""
+"""Counted cycles, the result of all counting methods; and their classes: range-mean matrix, difference of two spectra."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _SAME = 1e-9  # of the largest range: ranges nearer to each other than that are 
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """ranges, means, counts (m,): range and mean of each cycle, and how often it happened, 0.5 of a half cycle."""
+    """Cycles of a load. ranges, means, counts (m,): range and mean of each cycle, and its number, 0.5 for a half cycle."""
 
     ranges: np.ndarray
     means: np.ndarray
@@ -19,22 +19,22 @@ class Cycles:
 
     @classmethod
     def between(cls, one: np.ndarray, other: np.ndarray, counts: np.ndarray) -> Cycles:
-        """Of cycles between two values (m,) each."""
+        """Create cycles between two values (m,) each."""
         return cls(np.abs(one - other), (one + other) / 2, np.asarray(counts, dtype=float))
 
     @classmethod
     def none(cls) -> Cycles:
-        """No cycle at all."""
+        """Return no cycles."""
         return cls(np.empty(0), np.empty(0), np.empty(0))
 
     def joined(self, more: Cycles) -> Cycles:
-        """Both."""
+        """Join these cycles and more."""
         pairs = ((self.ranges, more.ranges), (self.means, more.means), (self.counts, more.counts))
         return Cycles(*(np.concatenate(pair) for pair in pairs))
 
     @property
     def total(self) -> float:
-        """How many."""
+        """The number of cycles."""
         return float(self.counts.sum())
 
     @property
@@ -43,14 +43,14 @@ class Cycles:
         return float(self.ranges.max(initial=0.0))
 
     def exceeding(self, ranges: np.ndarray) -> np.ndarray:
-        """How many cycles have at least each of some ranges (k,): the cumulative frequency (k,)."""
+        """Return the number (k,) of cycles with at least each of some ranges (k,): the cumulative frequency."""
         order = np.argsort(self.ranges)
         above = np.append(np.cumsum(self.counts[order][::-1])[::-1], 0.0)
         return np.asarray(above[np.searchsorted(self.ranges[order], ranges - _SAME * self.largest, side="left")])
 
     def by_range(self, width: float | None = None) -> tuple[Cycles, np.ndarray]:
-        """One cycle for each range, ascending (k,), or for each class of ranges of a width, that is not empty; and to which
-        of them (m,) each of these belongs.
+        """Return one cycle for each range, ascending (k,), or for each class of ranges of a width that is not empty; and the
+        index (m,) of the one to which each of these cycles belongs.
 
         Its range and mean are the means over the cycles in it, so that the sum of all ranges stays.
         """
@@ -68,7 +68,7 @@ class Cycles:
 
 @dataclass(frozen=True, eq=False)
 class RangeMeanMatrix:
-    """counts (r, m): of cycles by classes of range and of mean; edges of these classes (r + 1,), (m + 1,)."""
+    """Counts (r, m) of cycles by classes of range and of mean; edges of these classes (r + 1,), (m + 1,)."""
 
     range_edges: np.ndarray
     mean_edges: np.ndarray
@@ -76,7 +76,7 @@ class RangeMeanMatrix:
 
     @classmethod
     def of(cls, cycles: Cycles, classes: int) -> RangeMeanMatrix:
-        """With so many classes, ranges from zero on."""
+        """Sort cycles into so many classes, ranges from zero on."""
         low, high = (float(f(cycles.means)) if len(cycles.means) else 0.0 for f in (np.min, np.max))
         widest = max(high - low, 1e-9 * max(abs(low), abs(high))) or 1.0
         edges = np.linspace(0.0, cycles.largest or 1.0, classes + 1), np.linspace(low, low + widest, classes + 1)
@@ -88,8 +88,8 @@ class RangeMeanMatrix:
 
 
 def distance(one: Cycles, other: Cycles, times: float = 1.0) -> float:
-    """By how much two spectra differ: the largest difference of their cumulative frequencies, as a share of the cycles of the
-    other one. times: so often the first one counts, as a part of a run does that stands for the whole."""
+    """Return the difference of two spectra: the largest of their cumulative frequencies, as a share of the cycles of the
+    reference. times: factor on the first one, for a part of a run that represents the whole."""
     ranges = np.concatenate([one.ranges, other.ranges])
     if not other.total:
         return 0.0 if not one.total else float("inf")

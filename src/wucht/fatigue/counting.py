@@ -1,4 +1,4 @@
-"""Counting of cycles after ASTM E1049-85: rainflow and range pairs with a policy for what does not close, levels, peaks."""
+"""Counting of cycles after ASTM E1049-85: rainflow and range pairs with a policy for open ranges, level crossings, peaks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.numerics.zeros_and_peaks import stretches
 
-_OPEN = 2  # distinct samples that are still needed: whether the last one is an extreme shows the next
+_OPEN = 2  # distinct samples that are still needed: the next sample shows if the last one is an extreme
 
 
 def _none() -> np.ndarray:
@@ -21,7 +21,7 @@ def _none() -> np.ndarray:
 class TurningPoints:
     """The turning points of a signal so far: its first sample, and all extremes.
 
-    time, values (m,): of those found. open_time, open_values (2 at most): the last distinct samples, whose end is the end of
+    time, values (m,): of these points. open_time, open_values (2 at most): the last distinct samples, whose end is the end of
     the signal. Samples that repeat the one before count as one: a plateau is one extreme, at its begin.
     """
 
@@ -31,9 +31,9 @@ class TurningPoints:
     open_values: np.ndarray = field(default_factory=_none)
 
     def after(self, time: np.ndarray, values: np.ndarray, between: bool = False) -> TurningPoints:
-        """After more samples (n,) of increasing time; those not later than the last one known are passed over.
+        """Return the points after more samples (n,) of increasing time; those not later than the last known one are ignored.
 
-        between: whether an extreme is that of the parabola through its sample and both neighbours: for a computed signal,
+        interpolate: extremes are those of the parabola through their sample and both neighbours: for a computed signal,
         sampled so densely that this is better than the sample. A record counts as it was recorded.
         """
         new = time > self.open_time[-1] if len(self.open_time) else np.ones(len(time), bool)
@@ -55,23 +55,23 @@ class TurningPoints:
         )
 
     def forgotten(self) -> TurningPoints:
-        """To go on from here without the points found so far."""
+        """Return the same state of counting without the points so far."""
         return replace(self, time=_none(), values=_none())
 
     def closed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Time and values (m,) of all turning points of a signal that ends here, its last sample among them."""
+        """Return time and values (m,) of all turning points of a signal that ends here, its last sample among them."""
         ends = len(self.open_time) > 1
         time = np.append(self.time, self.open_time[-1:] if ends else _none())
         return time, np.append(self.values, self.open_values[-1:] if ends else _none())
 
 
 def turning_points(values: np.ndarray) -> np.ndarray:
-    """The first value, all extremes, and the last value of a signal (n,): successive points differ, and turn back."""
+    """Return the first value, all extremes, and the last value of a signal (n,): successive points differ, and turn back."""
     return TurningPoints().after(np.arange(len(values), dtype=float), np.asarray(values, dtype=float)).closed()[1]
 
 
 def _vertices(t: np.ndarray, y: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place and height (m,) of the vertices of the parabolas through the samples ``at`` and their neighbours."""
+    """Return place and height (m,) of the vertices of the parabolas through the samples ``at`` and their neighbours."""
     before, after = t[at] - t[at - 1], t[at + 1] - t[at]
     falls, rises = (y[at] - y[at - 1]) / before, (y[at + 1] - y[at]) / after
     curvature = (rises - falls) / (before + after)  # half the second derivative; not zero, for the slopes differ in sign
@@ -83,10 +83,10 @@ Residue = Literal["half-cycles", "repeat", "drop"]
 
 
 def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
-    """The rainflow cycles of a signal (n,), or of its turning points.
+    """Count the rainflow cycles of a signal (n,), or of its turning points.
 
-    residue: what becomes of the ranges that close no cycle. ``half-cycles``: each counts one half, ASTM E1049-85, 5.4.4.
-    ``repeat``: the signal comes again and again, so that all cycles close, 5.4.5. ``drop``: they do not count.
+    residue: the treatment of the ranges that close no cycle. ``half-cycles``: each counts one half, ASTM E1049-85, 5.4.4.
+    ``repeat``: the signal repeats, so that all cycles close, 5.4.5. ``drop``: they do not count.
     """
     points = turning_points(values)
     if residue == "repeat":
@@ -96,7 +96,7 @@ def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
 
 
 def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
-    """The range pairs of a signal (n,), or of its turning points: ASTM E1049-85, 5.4.1.
+    """Count the range pairs of a signal (n,), or of its turning points: ASTM E1049-85, 5.4.1.
 
     Inside of a larger range they are the rainflow cycles; of the ranges that remain each is paired with the next one, and a
     last single one counts as half a cycle (``half-cycles``). ``repeat``, ``drop``: see ``rainflow``.
@@ -112,7 +112,7 @@ def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
 
 
 def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The ranges (k, 2) that are followed by one at least as large, and the points that remain without them."""
+    """Return the ranges (k, 2) that are followed by one at least as large, and the points that remain without them."""
     pairs, kept = list[tuple[float, float]](), list[float]()
     for point in points.tolist():
         kept.append(point)
@@ -123,9 +123,9 @@ def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def closed_cycles(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
-    """The closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
+    """Return the closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
 
-    Counting may go on from these: followed by the turning points that come later they give the cycles that close then.
+    Counting may continue from these: followed by later turning points they give the cycles that close then.
 
     A cycle closes where a range is no larger than that before and that after it: the four-point rule, which finds the cycles of
     ASTM's rule of three points, those at the begin of the history among them.
@@ -145,12 +145,12 @@ def closed_cycles(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
 
 
 def half_cycles(points: np.ndarray) -> Cycles:
-    """The ranges between turning points (k,), one half each."""
+    """Count the ranges between turning points (k,), one half each."""
     return Cycles.between(points[:-1], points[1:], np.full(max(len(points) - 1, 0), 0.5))
 
 
 def _of_repeated(points: np.ndarray) -> Cycles:
-    """All cycles of a history that is repeated, begun at its largest value: two halves remain, which are one cycle."""
+    """Count all cycles of a repeated history from its largest value on: two halves remain, which are one cycle."""
     if len(points) < 2:
         return Cycles.none()
     top = int(points.argmax())
@@ -159,7 +159,7 @@ def _of_repeated(points: np.ndarray) -> Cycles:
 
 
 def level_crossings(values: np.ndarray, levels: np.ndarray, reference: float | None = None) -> np.ndarray:
-    """How often a signal (n,) crosses each level (k,), which increase: ASTM E1049-85, 5.1.1.
+    """Count how often a signal (n,) crosses each of ascending levels (k,): ASTM E1049-85, 5.1.1.
 
     Rising slopes count at levels from the reference on, falling ones below it; without a reference rising ones everywhere. A
     slope crosses the levels above its begin, up to its end.
@@ -173,7 +173,7 @@ def level_crossings(values: np.ndarray, levels: np.ndarray, reference: float | N
 
 
 def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> Cycles:
-    """The most damaging cycles of the crossings (k,) of evenly spaced levels (k,): ASTM E1049-85, 5.1.3.
+    """Return the most damaging cycles of the crossings (k,) of evenly spaced levels (k,): ASTM E1049-85, 5.1.3.
 
     The largest possible cycle first, then the next, until all crossings are used; each turns halfway between levels.
     """
@@ -191,9 +191,9 @@ def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> Cycles:
 def peaks_and_valleys(
     values: np.ndarray, reference: float | None = None, closed: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The peaks and the valleys of a signal (n,), each descending: ASTM E1049-85, 5.2.1.
+    """Return the peaks and the valleys of a signal (n,), each descending: ASTM E1049-85, 5.2.1.
 
-    With a reference only peaks above and valleys below it. Begin and end are neither, unless the signal repeats (``closed``).
+    With a reference only peaks above and valleys below it. Begin and end are neither, unless the signal ``is_repeated``.
     """
     points = turning_points(values)
     if closed and len(points) > 1:
@@ -208,7 +208,7 @@ def peaks_and_valleys(
 
 
 def cycles_of_peaks(peaks: np.ndarray, valleys: np.ndarray, reference: float = 0.0) -> Cycles:
-    """The most damaging cycles of peaks and valleys: ASTM E1049-85, 5.2.3.
+    """Return the most damaging cycles of peaks and valleys: ASTM E1049-85, 5.2.3.
 
     The highest peak with the lowest valley, and so on; those left over are half cycles from the reference.
     """
@@ -220,7 +220,7 @@ def cycles_of_peaks(peaks: np.ndarray, valleys: np.ndarray, reference: float = 0
 
 
 def _crossed(points: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """How often each level (k,), ascending, is crossed by rising slopes."""
+    """Count how often each level (k,), ascending, is crossed by rising slopes."""
     begin, end = np.searchsorted(levels, points[:-1], side="right"), np.searchsorted(levels, points[1:], side="right")
     rising = end > begin
     steps = np.bincount(begin[rising], minlength=len(levels) + 1) - np.bincount(end[rising], minlength=len(levels) + 1)

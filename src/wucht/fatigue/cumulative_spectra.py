@@ -1,4 +1,4 @@
-"""Spectra that are wanted: from a table of amplitude over cumulative cycles, or one of the standard shapes; as cycles."""
+"""Required spectra: from a table of amplitude over cumulative cycles, or of a standard shape; as cycles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _PARTS, _DECADES_IN = 1000, 20  # of the cycles, by their share; and of each dec
 
 
 def standard_spectrum(largest: float, count: float, exponent: float, ratio: float = 0.0) -> Cycles:
-    """One of the standard shapes with so many cycles, reversed about zero, the largest amplitude once.
+    """Return a spectrum of a standard shape with so many cycles, reversed about zero, the largest amplitude once.
 
     S/S_max = p + (1 - p) (1 - ln H/ln H_0)^(1/exponent), H cycles of at least S of H_0 in all. exponent 2: ``normal``, the
     amplitudes of a narrow-band Gaussian process, which are Rayleigh's; 1: ``straight-line``, amplitudes with an exponential
@@ -28,10 +28,10 @@ def standard_spectrum(largest: float, count: float, exponent: float, ratio: floa
 
 
 def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, stepped: bool = False) -> Cycles:
-    """The spectrum of a table of ascending amplitudes (n,) and how many cycles (n,) have at least each of them, descending.
+    """Return the spectrum of a table of ascending amplitudes (n,) and the numbers of cycles (n,) that reach each, descending.
 
-    Between its rows the amplitude falls as the logarithm of the cycles rises, as such spectra are drawn; ``stepped``: no cycle
-    lies between two of its amplitudes.
+    Between its rows the amplitude falls as the logarithm of the cycles rises, as such spectra are drawn; ``is_stepped``: no
+    cycle lies between two of its amplitudes.
     """
     total = float(cumulative[0])
     shares, counts = _parts(total, cumulative / total)
@@ -41,7 +41,7 @@ def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, stepped: 
 
 
 def amplitudes_at(cycles: Cycles, shares: np.ndarray) -> np.ndarray:
-    """The amplitudes (k,) that shares (k,) of the cycles, 0 to 1, reach or exceed."""
+    """Return the amplitudes (k,) that shares (k,) of the cycles, 0 to 1, reach or exceed."""
     order = np.argsort(-cycles.ranges, kind="stable")
     reached = np.cumsum(cycles.counts[order]) / cycles.total
     at = np.minimum(np.searchsorted(reached, shares, side="left"), len(order) - 1)
@@ -49,7 +49,7 @@ def amplitudes_at(cycles: Cycles, shares: np.ndarray) -> np.ndarray:
 
 
 def shifted(cycles: Cycles, one: Cycles, other: Cycles) -> Cycles:
-    """The spectrum whose amplitudes are larger by as much as those of ``one`` exceed those of ``other`` at the same share."""
+    """Increase the amplitudes of cycles by the excess of ``target`` over ``reference`` at the same share of the cycles."""
     order = np.argsort(-cycles.ranges, kind="stable")
     counts = cycles.counts[order]
     shares = (np.cumsum(counts) - counts / 2) / cycles.total
@@ -58,10 +58,10 @@ def shifted(cycles: Cycles, one: Cycles, other: Cycles) -> Cycles:
 
 
 def amplitude_distance(one: Cycles, other: Cycles) -> float:
-    """By how much the amplitudes of two spectra differ, on the mean over equal shares of their cycles.
+    """Return the mean difference between the amplitudes of two spectra over equal shares of their cycles.
 
-    As a share of the other's largest amplitude: the area between the two cumulative curves over a linear axis; infinite where
-    one has no cycle.
+    It is a share of the reference's largest amplitude: the area between the two cumulative curves over a linear axis; infinite
+    if one of the two has no cycle.
 
     It is Wasserstein's distance of their distributions: L. N. Vaserstein, Problemy Peredachi Informatsii 5 (1969) 64-72.
     """
@@ -74,7 +74,7 @@ def amplitude_distance(one: Cycles, other: Cycles) -> float:
 
 
 def _parts(count: float, also: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Parts of so many cycles: the share at the middle of each (m,), and how many it has (m,); finer at both ends.
+    """Divide so many cycles into parts: the share at the middle of each (m,), and its number (m,); finer at both ends.
 
     also: shares (k,) at which a part ends too.
     """
@@ -86,5 +86,5 @@ def _parts(count: float, also: np.ndarray | None = None) -> tuple[np.ndarray, np
 
 
 def _reversed(amplitudes: np.ndarray, counts: np.ndarray) -> Cycles:
-    """Cycles (m,) about zero."""
+    """Return cycles (m,) about zero."""
     return Cycles(2 * amplitudes, np.zeros(len(amplitudes)), counts)

@@ -1,4 +1,4 @@
-"""Woehler lines, the damage sum after Palmgren and Miner, and that sum of a load as it comes."""
+"""Woehler lines, the damage sum after Palmgren and Miner, and its accumulation while a load is recorded."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ class WoehlerLine:
     k2: float
 
     def life(self, amplitudes: np.ndarray) -> np.ndarray:
-        """The number of cycles (m,) to failure at constant amplitudes (m,); infinite where nothing is damaged."""
+        """Return the number of cycles (m,) to failure at constant amplitudes (m,); infinite without damage."""
         with np.errstate(divide="ignore"):
             return np.asarray(1 / self.damage_of_a_cycle(amplitudes))
 
     def damage_of_a_cycle(self, amplitudes: np.ndarray) -> np.ndarray:
-        """The damage (m,) of one cycle of each amplitude (m,)."""
+        """Return the damage (m,) of one cycle of each amplitude (m,)."""
         share = np.asarray(amplitudes, dtype=float) / self.SD
         below = np.zeros_like(share) if math.isinf(self.k2) else share**self.k2
         return np.asarray(np.where(share >= 1, share**self.k, below) / self.ND)
 
     def damages(self, cycles: Cycles) -> np.ndarray:
-        """The damage (m,) of each of the cycles as often as it was counted: their sum is Miner's, and at 1 the part fails."""
+        """Return the damage (m,) of each cycle as often as it was counted: their sum is Miner's, and at 1 the part fails."""
         return np.asarray(cycles.counts * self.damage_of_a_cycle(cycles.ranges / 2))
 
 
 def slope_below(k: float, miner: str) -> float:
-    """The slope below the knee of a rule: ``original``, ``elementary`` or ``haibach``."""
+    """Return the slope below the knee of a rule: ``original``, ``elementary`` or ``haibach``."""
     return {"original": math.inf, "elementary": k, "haibach": 2 * k - 1}[miner]
 
 
@@ -50,7 +50,7 @@ def slope_below(k: float, miner: str) -> float:
 class AccumulatedDamage:
     """The damage so far.
 
-    closed: of the rainflow cycles that have closed. open_points (k,): turning points of the ranges that have closed none: these
+    closed_damage: of the closed rainflow cycles. open_points (k,): turning points of the ranges that have closed none: these
     count one half each (ASTM E1049-85, 5.4.4), and may close later.
     """
 
@@ -59,7 +59,7 @@ class AccumulatedDamage:
     open_points: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def after(self, values: np.ndarray) -> AccumulatedDamage:
-        """After more turning points (m,): the same as if all had been counted at once."""
+        """Return the damage after more turning points (m,): the same as if all had been counted at once."""
         cycles, left = closed_cycles(turning_points(np.concatenate([self.open_points, values])))
         return replace(self, closed=self.closed + float(self.line.damages(cycles).sum()), open_points=left)
 

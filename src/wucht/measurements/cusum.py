@@ -1,12 +1,12 @@
-"""The cumulative sum chart: a lasting change of a noisy reading is seen, and how soon; how often it alarms without one.
+"""The cumulative sum chart: its delay in detecting a lasting change of a noisy reading, and its rate of false alarms.
 
 E. S. Page, Biometrika 41 (1954) 100-115; D. C. Montgomery, Introduction to Statistical Quality Control, (9.2)-(9.3):
 
     C+ = max(0, C+ + y - mean - k),   C- = max(0, C- - y + mean - k),   an alarm where one exceeds h.
 
-How the sums are distributed is not drawn but computed: their density between 0 and h, and the share of charts that stand at 0,
-are carried from reading to reading (Page's integral equation; D. Brook, D. A. Evans, Biometrika 59 (1972) 539-549, with Gauss'
-nodes for their classes). What is expected of the reading may differ from one to the next.
+The distribution of the sums is not sampled but computed: their density between 0 and h, and the share of charts at 0,
+are propagated from reading to reading (Page's integral equation; D. Brook, D. A. Evans, Biometrika 59 (1972) 539-549, with
+Gauss' nodes for their classes). The expected reading may differ from one to the next.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _ROOT_2, _ROOT_2_PI = math.sqrt(2.0), math.sqrt(2 * math.pi)
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """How one of the two sums is distributed over all charts that have not alarmed.
+    """Distribution of one of the two sums over all charts that have not alarmed.
 
-    zero: the share of those that stand at 0. density (N,): of the others at the nodes. Together they are that share of all
+    zero: the share of those at 0. density (N,): of the other ones at the nodes. Together they are that share of all
     charts which has not alarmed.
     """
 
@@ -43,11 +43,11 @@ class Sums:
 
 @dataclass(frozen=True, eq=False)
 class AlarmDistribution:
-    """At which reading after a change the alarm comes; readings count from 0.
+    """Distribution of the reading of the alarm after a change; readings count from 0.
 
     first (m,): the probability that it has come by each of the first readings. tail (n,): of the charts that have not alarmed
-    by then, minus the logarithm of the share that has not by each reading of a cycle of n, which from then on comes again and
-    again with the same shares; empty where such a cycle was not reached, and the readings after the m-th are not known.
+    by then, minus the logarithm of the share that has not by each reading of a cycle of n, which from then on repeats with the
+    same shares; empty if such a cycle was not reached, and the readings after the m-th are not known.
     """
 
     first: np.ndarray
@@ -55,11 +55,11 @@ class AlarmDistribution:
 
     @property
     def certain(self) -> bool:
-        """Whether an alarm comes at last, and its distribution is known."""
+        """True if an alarm comes at last, and its distribution is known."""
         return bool(len(self.tail) and self.tail[-1] > 1 / _NEVER)
 
     def mean(self) -> float:
-        """The mean number of readings before that of the alarm; of alarms at the first readings alone without a tail."""
+        """Return the mean number of readings before that of the alarm; without a tail of alarms at the first readings alone."""
         if not self.certain:
             shares = np.diff(self.first, prepend=0.0)
             return float((shares * np.arange(len(shares))).sum() / self.first[-1])
@@ -67,7 +67,7 @@ class AlarmDistribution:
         return float((1 - self.first).sum()) + self._left * in_a_cycle / -math.expm1(-self.tail[-1])
 
     def quantile(self, probability: float) -> float | None:
-        """How many readings come before that by which an alarm has come with a probability; None where that is not known."""
+        """Return the number of readings before that by which an alarm has come with a probability; None if not known."""
         alarmed = np.flatnonzero(self.first >= probability)
         if len(alarmed):
             return float(alarmed[0])
@@ -79,7 +79,7 @@ class AlarmDistribution:
         return float(len(self.first)) + float(cycles) * len(self.tail) + within
 
     def curve(self, probability: float, points: int) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of readings (from 0), and the probability of an alarm by each: of the first ones, and of so many others at
+        """Return numbers of readings (from 0), and the probability of an alarm by each: of the first ones, and of so many at
         the ends of cycles until a probability is reached."""
         at = np.arange(len(self.first), dtype=float)
         last = self.quantile(probability)
@@ -97,7 +97,7 @@ class AlarmDistribution:
 
 @dataclass(frozen=True)
 class Cusum:
-    """A two-sided chart. reference: k, half the change that is to be seen soonest. threshold: h. noise: the standard deviation
+    """A two-sided chart. reference: k, half the change that is detected soonest. threshold: h. noise: the standard deviation
     of a reading, the readings being independent and normal; all in the unit of the reading."""
 
     reference: float
@@ -105,7 +105,7 @@ class Cusum:
     noise: float
 
     def first_alarms(self, deviations: np.ndarray) -> np.ndarray:
-        """At which reading (M,) each of M charts alarms, of readings less their mean (M, n); n where none does."""
+        """Return the reading (M,) at which each of M charts alarms, of readings less their mean (M, n); n without alarm."""
         upper, lower = np.zeros(len(deviations)), np.zeros(len(deviations))
         first = np.full(len(deviations), deviations.shape[1])
         for i, reading in enumerate(deviations.T):
@@ -135,7 +135,7 @@ class Cusum:
         return self._rule[0]
 
     def _matrix(self, drift: float) -> np.ndarray:
-        """(N + 2, N + 1): from zero and the nodes to zero, to the nodes, and beyond the threshold, in one reading."""
+        """Return the transition matrix (N + 2, N + 1): from zero and nodes to zero, nodes, and beyond the threshold."""
         (nodes, weights), s = self._rule, self._spread
         begin, share = np.append(0.0, nodes), np.append(1.0, weights)
         z = (nodes[:, None] - begin - drift) / s
@@ -147,12 +147,12 @@ class Cusum:
         return (expected if rising else -expected) - self.reference
 
     def _carried(self, sums: Sums, expected: Iterable[float], rising: bool) -> Iterator[tuple[float, np.ndarray]]:
-        """Of readings that are expected to deviate so: the share of charts that alarm at each, and the others (N + 1,), at zero
-        and at the nodes with their weights.
+        """Yield for each reading the share of charts that alarm, and that of the other ones (N + 1,), at zero and at the nodes
+        with their weights.
 
-        rising: by the upper sum, else by the lower one.
+        expected_deviations: of the readings. rising: by the upper sum, else by the lower one.
         """
-        now, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # readings may come again and again
+        now, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # deviations may repeat
         weights = np.append(1.0, self._rule[1])
         for deviation in expected:
             matrix = matrices.get(deviation)
@@ -163,10 +163,10 @@ class Cusum:
             yield float(after[-1]), weights * now
 
     def steady(self, expected: np.ndarray, rising: bool) -> tuple[Sums, float]:
-        """After many cycles of readings that are expected to deviate so (n,): the sums of the charts that have not alarmed (all
-        together 1), and the mean number of readings from the begin of a chart to its alarm.
+        """Return the sums of the charts that have not alarmed (all together 1) after many cycles of readings with expected
+        deviations (n,), and the mean number of readings from the begin of a chart to its alarm.
 
-        Raises ``RunError`` where that cannot be found.
+        Raises ``RunError`` if there is no steady state.
         """
         matrices = [self._matrix(drift) for drift in self._drifts(expected, rising).tolist()]
         now, weights = np.append(1.0, self.zero.density), np.append(1.0, self._rule[1])
@@ -185,33 +185,33 @@ class Cusum:
             if abs(chance - before) <= _CONVERGED * chance or left < _NONE_LEFT:
                 return Sums(float(now[0]), now[1:]), passed + left * readings / max(chance, 1 / _NEVER)
             passed, left, before = passed + left * readings, left * (1 - chance), chance
-        raise RunError("the chart does not come to a steady state: the change that is to be seen is too small")
+        raise RunError("the chart does not reach a steady state: the change to be detected is too small")
 
     def between_alarms(self, expected: np.ndarray) -> float:
-        """The mean number of readings between two alarms without a change; expected (n,): deviations that come again and again.
+        """Return the mean number of readings between two alarms without a change; expected_deviations (n,): these repeat.
 
         Each alarm begins the chart anew. That of both sums: 1/N = 1/N+ + 1/N- (K. W. Kemp, Appl. Statist. 11 (1962) 16-31).
         """
         return 1 / sum(1 / self.steady(expected, rising)[1] for rising in (True, False))
 
     def detection(self, normal: np.ndarray | None, changed: np.ndarray, enough: float = 1.0) -> np.ndarray:
-        """The probability (m,) that an alarm has come by each reading after a change.
+        """Return the probability (m,) that an alarm has come by each reading after a change.
 
-        normal (n,): what deviations were expected again and again before it, without an alarm; None: the chart begins. changed:
-        what is expected then, at least m readings: at the first one with a probability of ``enough`` it ends.
+        normal_deviations (n,): expected before it, repeating, without an alarm; None: the chart begins. changed_deviations:
+        expected after it, at least m readings: it ends at the first one with ``sufficient_probability``.
         """
         return self.alarms(normal, changed, np.empty(0), enough, len(changed)).first
 
     def alarms(
         self, normal: np.ndarray | None, changed: np.ndarray, again: np.ndarray, enough: float, most: int = _MOST_READINGS
     ) -> AlarmDistribution:
-        """When an alarm comes after a change: see ``detection``. again (n,): what deviations are expected again and again after
-        those of ``changed``; the readings after these are not known where there are none.
+        """Return the distribution of the alarm after a change: see ``detection``. repeating_deviations (n,): expected after the
+        changed ones; without any, the readings after these are not known.
 
-        Readings are followed one by one until an alarm has come with a probability of ``enough``, or until the sums are
-        distributed alike after each cycle (over the charts that have not alarmed): from then on the share of these charts falls
-        by the same factor in each cycle, for ever. Where neither comes about within ``most`` readings, no more is known; nor is
-        that factor where the nodes do not resolve the noise, on which it depends exponentially.
+        Readings are computed one by one until an alarm has come with ``sufficient_probability``, or until the sums have the
+        same distribution after each cycle (over the charts that have not alarmed): from then on the share of these charts falls
+        by the same factor in each cycle, for ever. If neither happens within ``most`` readings, no more is known; nor is
+        that factor known where the nodes do not resolve the noise, on which it depends exponentially.
         """
         begin = [self.zero if normal is None else self.steady(normal, rising)[0] for rising in (True, False)]
         upper, lower = (
@@ -226,7 +226,7 @@ class Cusum:
             if alarmed[-1] >= enough or len(alarmed) == most:
                 break
             if count > 0:
-                # By the charts that stay, not by what is left of 1: right where hardly any alarms.
+                # By the charts that stay, not by the difference to 1: accurate even where hardly any alarms.
                 tail[(count - 1) % len(again)] = sum(math.log1p(alarms / left.sum()) for alarms, left in sides)
             if resolved and count > 0 and count % len(again) == 0 and len(alarmed) >= _FIRST_READINGS:
                 now = np.array([left / left.sum() for _, left in sides])
@@ -237,7 +237,7 @@ class Cusum:
 
 
 def chart(reference: float, noise: float, readings: float, expected: np.ndarray) -> Cusum:
-    """The chart that alarms once in so many readings without a change. expected (n,): deviations, again and again.
+    """Design the chart that alarms once in so many readings without a change. expected_deviations (n,): these repeat.
 
     Raises ``RunError`` where there is none.
     """
@@ -255,7 +255,7 @@ def chart(reference: float, noise: float, readings: float, expected: np.ndarray)
     while missing(math.log(high)) < 0:
         high *= 2
         if high > 1e6 * low:
-            raise RunError("no threshold makes false alarms so rare: without a failure the readings change too much")
+            raise RunError("no threshold makes false alarms so rare: without a failure the readings vary too much")
     return replace(made, threshold=math.exp(brentq(missing, math.log(high / 2), math.log(high), xtol=1e-6)))
 
 

@@ -1,4 +1,4 @@
-"""What is checked before orders are believed: whether a record can hold them, what it has beside them, what may fake them."""
+"""Checks of fitted orders: the capacity of a record, its content beside the orders, and sensor faults that imitate them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FAR = 5.0  # times as far from the median as all samples but few: one that stic
 _FEW = 0.01  # of the samples may stick out
 _LARGE = 0.2  # of the median: a smaller distance does no harm
 _AT_ONCE = 8192
-_ERRORS = 3.0  # standard errors: an order above is there
+_ERRORS = 3.0  # standard errors: a larger order is significant
 _ROUNDING = 1e-9  # of omega: an order below is none
 _MATTERS = 1e-3  # of omega: an order that is left out
 _SHARE = 0.05  # of the residual's square, by a drift
@@ -29,7 +29,7 @@ _ROUGH_SAMPLES = 0.5  # of samples, likewise; these may be few in a period
 
 
 def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
-    """Raises ``InputError`` for a record that cannot hold the orders (K,) at about omega in rad/s."""
+    """Raise ``InputError`` for a record that cannot hold the orders (K,) at about omega in rad/s."""
     where, count, span = shaft.where, len(shaft.time), float(np.ptp(shaft.time))
     turns = omega * span / TURN
     if -_STANDS < turns <= 0:
@@ -63,7 +63,7 @@ def check_samples(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> None:
 
 
 def check_outliers(shaft: ShaftSignal) -> None:
-    """Raises ``InputError`` for samples of a speed that stick out, and names the farthest: one of them spoils the mean."""
+    """Raise ``InputError`` for outliers of a speed, and name the farthest: one of them falsifies the mean."""
     if shaft.quantity != "speed":
         return
     median = float(np.median(shaft.values))
@@ -96,7 +96,7 @@ class LeftOutOrder:
 def left_out_orders(
     model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray, orders: np.ndarray, samples: int
 ) -> tuple[LeftOutOrder, ...]:
-    """The orders (L,), increasing, in the residual. time, values (B,): block means of so many samples."""
+    """Fit the orders (L,), increasing, to the residual. time, values (B,): block means of so many samples."""
     if not len(orders) or fit.variance <= 0:
         return ()
     theta, variance = fit.theta, fit.variance
@@ -119,7 +119,7 @@ def left_out_orders(
 
 
 def drift(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """By how much the speed rises over the record, in rad/s, and the share of the residual's square that this is."""
+    """Return the rise of the speed over the record, in rad/s, and its share of the residual's square."""
     rest = _rest(model, fit, time, values)
     course = time**2 / 2 if model.mean is Mean.ANGLE else time
     course = course - course.mean()
@@ -129,7 +129,7 @@ def drift(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> 
 
 
 def roughness(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> float:
-    """Of the residual: the mean square of successive differences over that of the values; 2 for noise, less for what is smooth.
+    """Return the mean square of successive differences of the residual over that of its values: 2 for noise, less if smooth.
 
     time, values (B,): samples, or block means.
     """
@@ -146,9 +146,9 @@ def _rest(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> 
 def warnings_of(
     speed: Harmonics, orders: tuple[int, ...], errors: np.ndarray, left: tuple[LeftOutOrder, ...], drifted: tuple[float, float]
 ) -> tuple[str, ...]:
-    """What to check, in sentences: orders 1 and 2 that a sensor may fake, or that are left out, and a speed that drifts.
+    """Return sentences on what to check: orders 1 and 2 that a sensor may imitate, or that are omitted, and a drifting speed.
 
-    errors (K,): of the amplitudes of the orders. drifted: by how much in rad/s, and the share of the residual's square.
+    errors (K,): of the amplitudes of the orders. speed_drift: in rad/s, and its share of the residual's square.
     """
     texts, omega = [], speed.mean
     for order in (1, 2):
@@ -169,17 +169,16 @@ def warnings_of(
 
 
 def drifts(omega: float, drifted: tuple[float, float]) -> bool:
-    """Whether a speed drifts. drifted: by how much in rad/s, and the share of the residual's square."""
+    """True if a speed drifts. speed_drift: in rad/s, and its share of the residual's square."""
     return drifted[1] > _SHARE and abs(drifted[0]) > _MATTERS * omega
 
 
 def unexplained_warning(
     explained: float, rough: tuple[float, float], left: tuple[LeftOutOrder, ...], drifted: float
 ) -> tuple[str, ...]:
-    """A sentence where the orders kept explain less than half of a fluctuation that is no noise, no drift and no other orders.
+    """Return a sentence if the orders kept explain less than half of a fluctuation that is no noise, drift or other order.
 
-    explained: the share. rough: of the residual, of block means and of samples, see ``roughness``. drifted: the share of its
-    square by a drift.
+    rough: of the residual, of block means and of samples, see ``roughness``. drift_share: of its square, by a drift.
     """
     others = sum(o.share for o in left if o.amplitude > _ERRORS * o.error)
     noise = rough[0] > _ROUGH and rough[1] > _ROUGH_SAMPLES
@@ -187,7 +186,7 @@ def unexplained_warning(
         return ()
     return (
         f"The orders kept explain {_percent(explained)} of the fluctuation, and the rest is no noise from sample to sample, no "
-        "drift and in no other whole order: it does not repeat with the speed that the numbers say. Check unit and scale, of "
+        "drift and in no other whole order: it does not repeat with the speed that the numbers give. Check unit and scale, for "
         "pulses pulses_per_turn, and whether this is the shaft of the cam.",
     )
 

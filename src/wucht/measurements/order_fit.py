@@ -34,10 +34,10 @@ from wucht.measurements.repetition import check_repetition, scale_warning
 from wucht.measurements.shaft_signal import TURN, ShaftSignal, mean_direction
 from wucht.numerics.harmonics import Harmonics
 
-_RESIDUAL_BLOCKS = 24  # a period of the highest order that is looked for
+_RESIDUAL_BLOCKS = 24  # a period of the highest order that is searched for
 _RESIDUAL_TURNS = 200.0  # in the middle of the record: enough
-_SINGULAR = 1e-9  # least eigenvalue of the correlations: below, orders cannot be told apart
-_MOST_LEFT_OUT = 20  # orders are looked for in the residual as far as this, or twice the highest one fitted
+_SINGULAR = 1e-9  # least eigenvalue of the correlations: below, orders cannot be distinguished
+_MOST_LEFT_OUT = 20  # orders are searched for in the residual up to this, or twice the highest one fitted
 _INDEX_EVERY = (0.9, 1.1)  # turns
 _SCATTER = 0.01  # rad, of the index pulses
 _MOST_STEPS = 50
@@ -47,11 +47,12 @@ _MOST_STEPS = 50
 class OrderFit:
     """The speed of a shaft: omega + sum over orders of a_j cos(j x) + b_j sin(j x), x = omega (t - origin).
 
-    where: file and column. orders (K,): those fitted, increasing. speed: in rad/s over x; its mean is omega, other orders are
-    zero. covariance (1 + 2K, 1 + 2K): of omega, a, b, if what is left is noise, independent from sample to sample. origin: time
-    in s at which x is zero. offset: C in rad of the angle omega (t - origin) + C + sum (a_j sin(j x) - b_j cos(j x))/(j omega).
-    turns, samples: of the record. kept_rms, residual_rms: of the orders and of what is left, in ``unit``, that of the signal.
-    left_out: orders that were not fitted, in the residual. warnings: what to check, in sentences.
+    location: file and column. orders (K,): those fitted, increasing. speed: in rad/s over x; its mean is omega, other orders
+    are zero. covariance (1 + 2K, 1 + 2K): of omega, a, b, if the residual is noise, independent from sample to sample. origin:
+    time in s at which x is zero. offset: C in rad of the angle
+    omega (t - origin) + C + sum (a_j sin(j x) - b_j cos(j x))/(j omega).
+    turns, samples: of the record. kept_rms, residual_rms: of the orders and of the residual, in ``unit``, that of the signal.
+    omitted_orders: those not fitted, in the residual. warnings: sentences on what to check.
     """
 
     where: str
@@ -80,7 +81,7 @@ class OrderFit:
 
     @property
     def standard_errors(self) -> np.ndarray:
-        """Of omega, a, b (1 + 2K,), in rad/s."""
+        """Standard errors of omega, a, b (1 + 2K,), in rad/s."""
         return np.asarray(np.sqrt(self.covariance.diagonal()))
 
     @property
@@ -97,16 +98,16 @@ class OrderFit:
         return self.kept_rms**2 / both if both > 0 else 1.0
 
     def notable(self, share: float = 0.05) -> tuple[LeftOutOrder, ...]:
-        """The orders left out that hold more than a share of the residual's square."""
+        """Return the omitted orders that hold more than a share of the residual's square."""
         return tuple(o for o in self.left_out if o.share > share)
 
     def angle(self, time: np.ndarray) -> np.ndarray:
-        """The angle in rad at times in s."""
+        """Return the angle in rad at times in s."""
         x, j = self.speed.mean * (np.asarray(time, float) - self.origin), np.arange(1, self.speed.count + 1)
         return np.asarray(x + self.offset + Harmonics(0.0, -self.speed.sine / j, self.speed.cosine / j)(x) / self.speed.mean)
 
     def about(self, origin: float) -> OrderFit:
-        """The same motion, its phases counted from another time in s."""
+        """Return the same motion with phases counted from another time in s."""
         by, n, j = origin - self.origin, len(self.orders), np.array(self.orders)
         shifted = self.speed.shifted(-self.speed.mean * by)
         moved = replace(self, speed=shifted, origin=origin, offset=self.offset + self.speed.mean * by)
@@ -117,7 +118,7 @@ class OrderFit:
         return replace(moved, covariance=change @ self.covariance @ change.T)
 
     def time_of_angle(self, angle: float = 0.0, after: float | None = None) -> float:
-        """The first time in s from ``after`` (by default the origin) at which the angle is this in rad, but for whole turns."""
+        """Return the first time in s, from ``after`` (by default the origin), at which the angle is this, up to whole turns."""
         from_time = self.origin if after is None else after
         passed = float(self.angle(np.array(from_time)))
         wanted = passed + (angle - passed) % TURN
@@ -134,14 +135,14 @@ class OrderFit:
 def fit_orders(
     shaft: ShaftSignal, orders: Sequence[int], origin: float | None = None, look_up_to: int | None = None
 ) -> OrderFit:
-    """The orders chosen, with omega = 2 pi/T unknown, of a speed or an angle.
+    """Fit the orders chosen, with omega = 2 pi/T unknown, of a speed or an angle.
 
-    origin: the time in s at which phases are zero; by default when the index pulse first comes, where then the angle is zero
-    too, and without one 0 s of the record's clock. look_up_to: the highest order that is looked for in the residual.
+    origin: the time in s at which phases are zero; by default that of the first index pulse, at which then the angle is zero
+    too, and without one 0 s of the record's clock. look_up_to: the highest order that is searched for in the residual.
 
     Raises ``InputError`` for orders that are no whole numbers from 1, a record shorter than a turn, in which whole turns are
-    missing, with too few samples a turn or samples that stick out, a shaft that stands or turns backwards, numbers that repeat
-    as if they were in another unit, and orders that cannot be told apart.
+    missing, with too few samples a turn or outliers, a shaft that stands or turns backwards, numbers that repeat
+    as if they were in another unit, and orders that cannot be distinguished.
     """
     chosen = checked_orders(orders)
     check_outliers(shaft)
@@ -169,7 +170,7 @@ def fit_orders(
 
 
 def checked_orders(orders: Sequence[int]) -> np.ndarray:
-    """The orders chosen (K,), increasing. Raises ``InputError`` for none, one that is no whole number from 1, and one twice."""
+    """Return the orders chosen (K,), increasing. Raises ``InputError`` for none, a repeated one, or no whole number from 1."""
     allowed = "the orders must be different whole numbers, 1 or more, such as [2, 3, 4]"
     whole = all(not isinstance(j, bool) and isinstance(j, int | np.integer) and j >= 1 for j in orders)
     if not len(orders) or not whole or len(set(orders)) < len(orders):
@@ -179,7 +180,7 @@ def checked_orders(orders: Sequence[int]) -> np.ndarray:
 
 def _check_fit(shaft: ShaftSignal, model: OrderModel, fit: Fit, omega: float) -> None:
     if not fit.converged or not omega / 2 < fit.theta[0] < 2 * omega:
-        allowed = "no speed was found at which these orders repeat; cut the record to a part of constant mean speed"
+        allowed = "these orders repeat at no speed; cut the record to a part of constant mean speed"
         raise InputError(shaft.where, None, allowed)
     correlations, _ = scaled_gram(fit.gram)
     values, vectors = np.linalg.eigh(correlations)
@@ -187,12 +188,12 @@ def _check_fit(shaft: ShaftSignal, model: OrderModel, fit: Fit, omega: float) ->
         share = np.abs(vectors[model.fixed :, 0]).reshape(2, -1).max(axis=0)
         alike = [int(j) for j, s in zip(model.orders, share, strict=True) if s > 0.2 * share.max()]
         turns = fit.theta[0] * float(np.ptp(shaft.time)) / TURN
-        allowed = f"these orders cannot be told apart in a record of {turns:.3g} turns: choose fewer, or record more turns"
+        allowed = f"these orders cannot be distinguished in a record of {turns:.3g} turns: choose fewer, or record more turns"
         raise InputError(f"{shaft.where}: orders", alike, allowed)
 
 
 def _result(shaft: ShaftSignal, model: OrderModel, fit: Fit, centre: float) -> OrderFit:
-    """With phases from the middle of the record, where omega was fitted."""
+    """Return the result with phases from the middle of the record, where omega was fitted."""
     omega, j, n = float(fit.theta[0]), model.orders, len(model.orders)
     waves = model.waves(fit.theta)
     u, v = waves.real, -waves.imag
@@ -219,7 +220,7 @@ def _result(shaft: ShaftSignal, model: OrderModel, fit: Fit, centre: float) -> O
 
 
 def _with_origin(fit: OrderFit, index: np.ndarray, origin: float | None) -> OrderFit:
-    """Phases, and with an index the angle too, counted from where they shall be."""
+    """Count phases, and with an index also the angle, from their origin."""
     if not len(index):
         return fit.about(0.0 if origin is None else origin)
     every = np.diff(index) * fit.speed.mean / TURN
@@ -238,7 +239,7 @@ def _with_origin(fit: OrderFit, index: np.ndarray, origin: float | None) -> Orde
 
 
 def _left_out(shaft: ShaftSignal, model: OrderModel, fit: Fit, time: np.ndarray, most: int) -> tuple[LeftOutOrder, ...]:
-    """The orders that were not fitted, as far as they are looked for and the samples can hold them."""
+    """Return the orders that were not fitted, as far as they are searched for and the samples can hold them."""
     turn = TURN / float(fit.theta[0])
     most = min(most, math.ceil(len(time) * turn / float(np.ptp(time)) / 2) - 1)
     orders = np.array([j for j in range(1, most + 1) if j not in model.orders], int)

@@ -1,4 +1,4 @@
-"""Least squares of a signal that repeats at a speed that is not known, at any times; and from where they start.
+"""Least squares of a signal that repeats at an unknown speed, sampled at any times; and their start.
 
 y(t) = omega r(t) + C + sum over orders j of u_j cos(j omega t) + v_j sin(j omega t), where r = 1 for a speed (C = 0), r = t for
 an angle, and r = 0 where the mean of a speed is left free.
@@ -26,7 +26,7 @@ _IN_PHASE = 0.3  # rad, of the highest order at an end of the record: two starts
 
 
 class Mean(Enum):
-    """What the mean of the signal says of omega."""
+    """Relation between the mean of the signal and omega."""
 
     SPEED = "omega"
     ANGLE = "omega t + C"
@@ -35,7 +35,7 @@ class Mean(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """theta (p,): omega, C if there is one, u, v. gram (p, p): of the columns of the derivatives. squares: of what is left."""
+    """Parameters theta (p,): omega, C if there is one, u, v. gram (p, p): of the derivatives. squares: of the residual."""
 
     theta: np.ndarray
     gram: np.ndarray
@@ -46,34 +46,34 @@ class Fit:
 
     @property
     def variance(self) -> float:
-        """Of a sample."""
+        """The residual variance of a sample."""
         return self.squares / max(1, self.samples - len(self.theta))
 
 
 @dataclass(frozen=True, eq=False)
 class OrderModel:
-    """orders (K,), increasing whole numbers from 1."""
+    """Model of a signal by orders (K,), increasing whole numbers from 1."""
 
     orders: np.ndarray
     mean: Mean
 
     @property
     def fixed(self) -> int:
-        """How many parameters stand before those of the orders."""
+        """The number of parameters before those of the orders."""
         return 1 if self.mean is Mean.SPEED else 2
 
     @property
     def size(self) -> int:
-        """p."""
+        """The number of parameters, p."""
         return self.fixed + 2 * len(self.orders)
 
     def waves(self, theta: np.ndarray) -> np.ndarray:
-        """u - i v (K,): the orders are the real parts of it times exp(i j omega t)."""
+        """Return u - i v (K,): the orders are the real parts of it times exp(i j omega t)."""
         u, v = theta[self.fixed :].reshape(2, -1)
         return np.asarray(u - 1j * v)
 
     def rows(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> np.ndarray:
-        """Derivatives by the parameters and, last, what is left of the values: (p + 1, n)."""
+        """Return derivatives by the parameters and, last, the residual of the values: (p + 1, n)."""
         rows, first, count = np.empty((self.size + 1, len(time))), self.fixed, len(self.orders)
         cosines, sines = rows[first : first + count], rows[first + count : -1]
         for i, wave in enumerate(powers(theta[0] * time, self.orders)):
@@ -91,7 +91,7 @@ class OrderModel:
         return rows
 
     def at(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> Fit:
-        """The normal equations at given parameters."""
+        """Return the normal equations at given parameters."""
         total = np.zeros((self.size + 1, self.size + 1))
         for i in range(0, len(time), _AT_ONCE):
             rows = self.rows(time[i : i + _AT_ONCE], values[i : i + _AT_ONCE], theta)
@@ -99,7 +99,7 @@ class OrderModel:
         return Fit(theta, total[:-1, :-1], total[:-1, -1], float(total[-1, -1]), len(time))
 
     def fit(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray, small: float = _SMALL, most: int = _MOST) -> Fit:
-        """Gauss-Newton from given parameters; a step that raises the squares is shortened.
+        """Fit by Gauss-Newton steps from given parameters; a step that raises the squares is shortened.
 
         time (n,): best counted from the middle of the record, where omega and the phases do not depend on each other. small: of
         a standard error; a step no larger is the last one. most: steps.
@@ -126,7 +126,7 @@ class OrderModel:
 
 
 def powers(phase: np.ndarray, orders: np.ndarray) -> list[np.ndarray]:
-    """exp(i j phase) (n,) for increasing orders j, each from the one before it: sines cost more than products."""
+    """Return exp(i j phase) (n,) for increasing orders j, each from the one before it: sines cost more than products."""
     first = np.empty(len(phase), complex)
     first.real, first.imag = np.cos(phase), np.sin(phase)
     waves: list[np.ndarray] = []
@@ -139,21 +139,21 @@ def powers(phase: np.ndarray, orders: np.ndarray) -> list[np.ndarray]:
 
 
 def scaled_gram(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The correlations of the columns and their lengths; a column of zeros has length 1."""
+    """Return the correlations of the columns and their lengths; a column of zeros has length 1."""
     lengths = np.sqrt(gram.diagonal())
     lengths = np.where(lengths > 0, lengths, 1.0)
     return gram / np.outer(lengths, lengths), lengths
 
 
 def solved(gram: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """The least-squares step, columns brought to length 1 first."""
+    """Return the least-squares step, with columns scaled to length 1 first."""
     correlations, lengths = scaled_gram(gram)
     step, *_ = np.linalg.lstsq(correlations, gradient / lengths, rcond=1e-13)
     return np.asarray(step / lengths)
 
 
 def block_means(time: np.ndarray, values: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Means of times and values (B,) over blocks of as many successive samples as fit into a time, B the whole blocks.
+    """Return means of times and values (B,) over blocks of as many successive samples as fit into a time, B the whole blocks.
 
     Blocks in which the record has a gap are left out. An order loses less than 2 % of its amplitude where a block is a tenth of
     its period.
@@ -168,7 +168,7 @@ def block_means(time: np.ndarray, values: np.ndarray, longest: float) -> tuple[n
 
 
 def mean_speed(time: np.ndarray, values: np.ndarray, mean: Mean) -> float:
-    """omega from the values under a Hann window, which orders hardly touch, however many turns the record has."""
+    """Return omega from the values under a Hann window, which orders hardly affect, however many turns the record has."""
     t, y = block_means(time, values, (time[-1] - time[0]) / _COARSE)
     share = (t - time[0]) / (time[-1] - time[0])
     weights = np.sin(math.pi * share) ** 2 * np.gradient(t)
@@ -181,16 +181,16 @@ def mean_speed(time: np.ndarray, values: np.ndarray, mean: Mean) -> float:
 
 
 def middle(time: np.ndarray, values: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray]:
-    """The samples within a span about time zero."""
+    """Return the samples within a span about time zero."""
     inside = np.abs(time) <= span / 2
     return time[inside], values[inside]
 
 
 def start(model: OrderModel, time: np.ndarray, values: np.ndarray, omega: float) -> Fit:
-    """A fit near that of all samples, from blocks of them: the better one of two.
+    """Return a fit near that of all samples, from blocks of them: the better one of two.
 
-    One begins with omega for the whole record. The other begins with a few turns in its middle and goes on to parts twice as
-    long, until the speed is so well known that the highest order stays in phase to the ends of the record.
+    One begins with omega for the whole record. The other begins with a few turns in its middle and continues with parts twice
+    as long, until the speed is so well known that the highest order stays in phase to the ends of the record.
     """
     span = float(time[-1] - time[0])
     grown, part, to_phase = _from(model, omega), _FIRST_TURNS * 2 * math.pi / omega, float(model.orders[-1]) * span / 2
@@ -211,7 +211,7 @@ def start(model: OrderModel, time: np.ndarray, values: np.ndarray, omega: float)
 
 
 def _error(fit: Fit) -> float:
-    """Of omega, if it depended on nothing else: the least that it can be."""
+    """The least possible standard error of omega: as if it depended on no other parameter."""
     return float((fit.variance / fit.gram[0, 0]) ** 0.5) if fit.gram[0, 0] > 0 else math.inf
 
 

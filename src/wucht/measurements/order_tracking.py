@@ -17,7 +17,7 @@ _FINER = 2.0  # times the samples of a turn: so fine a signal is taken over angl
 
 @dataclass(frozen=True, eq=False)
 class OrderSpectrum:
-    """orders (k,): in steps of 1 by the number of turns. cosine, sine (k,): a, b in the unit of the signal."""
+    """Spectrum over orders (k,), in steps of 1 by the number of turns. cosine, sine (k,): a, b in the unit of the signal."""
 
     orders: np.ndarray
     cosine: np.ndarray
@@ -25,7 +25,7 @@ class OrderSpectrum:
 
     @property
     def amplitudes(self) -> np.ndarray:
-        """sqrt(a^2 + b^2) (k,)."""
+        """The amplitudes sqrt(a^2 + b^2) (k,)."""
         return np.asarray(np.hypot(self.cosine, self.sine))
 
 
@@ -33,7 +33,7 @@ class OrderSpectrum:
 class AngleSamples:
     """A signal at equal steps of the angle of a shaft, over whole turns, without orders of ``per_turn``/2 and above.
 
-    where: file and channel. per_turn: M. first: the angle in rad of the first sample, whole turns. time (n,): in s,
+    location: file and channel. per_turn: M. first: the angle in rad of the first sample, whole turns. time (n,): in s,
     n = M turns. values (n,): in the unit of the signal.
     """
 
@@ -45,28 +45,28 @@ class AngleSamples:
 
     @property
     def turns(self) -> int:
-        """How many."""
+        """The number of turns."""
         return len(self.values) // self.per_turn
 
     @property
     def angle(self) -> np.ndarray:
-        """Of the samples (n,), in rad."""
+        """The angle of the samples (n,), in rad."""
         return np.asarray(self.first + TURN / self.per_turn * np.arange(len(self.values)))
 
     def spectrum(self) -> OrderSpectrum:
-        """The orders below M/2, also those between whole ones."""
+        """Return the orders below M/2, also those between whole ones."""
         found, n = Harmonics.sampled(self.values), len(self.values)
         below = (n - 1) // 2
         orders = np.arange(below + 1) / self.turns
         return OrderSpectrum(orders, np.append(found.mean, found.cosine[:below]), np.append(0.0, found.sine[:below]))
 
     def mean_turn(self) -> Harmonics:
-        """The mean of all turns over the angle: what repeats with the shaft; all orders below M/2."""
+        """Return the mean of all turns over the angle, which repeats with the shaft; all orders below M/2."""
         return Harmonics.sampled(self.values.reshape(self.turns, self.per_turn).mean(axis=0))
 
 
 def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
-    """A signal at M = per_turn angles a turn, 2 pi k/M from the shaft's zero, over all whole turns that both records hold.
+    """Resample a signal at M = per_turn angles a turn, 2 pi k/M from the shaft's zero, over all whole turns of both records.
 
     Cubic splines give t(phi) and the signal in between its samples. Orders of M/2 and above are cut off, not folded back.
 
@@ -95,7 +95,7 @@ def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
         raise InputError(
             shaft.where,
             None,
-            "the angle is too noisy or too coarse: between its samples it seems to turn back",
+            "the angle is too noisy or too coarse: between its samples it appears to turn back",
             code="too-noisy",
         )
     at = np.clip(at, signal.time[0], signal.time[-1])
@@ -104,7 +104,7 @@ def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
 
 
 def _both(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
-    """Times and angles of the shaft where there is a signal, with the two ends of it."""
+    """Return times and angles of the shaft within the signal's span."""
     time, angle = shaft.angle()
     if not (np.diff(angle) > 0).all():
         allowed = "the angle must increase all the time for order tracking; smooth it, or turn the sign round"
@@ -119,6 +119,6 @@ def _both(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _without_high_orders(values: np.ndarray, count: int) -> np.ndarray:
-    """Every so many of samples of whole turns that ``count`` are left, of the harmonics below count/2 alone."""
+    """Subsample whole turns to ``count`` samples, with the harmonics below count/2 alone."""
     spectrum = np.fft.rfft(values)[: (count + 1) // 2]
     return np.asarray(np.fft.irfft(spectrum, count) * (count / len(values)))

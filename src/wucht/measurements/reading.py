@@ -1,4 +1,4 @@
-"""Measured files -> recordings: text, sound, universal, TDMS and MDF files; the ending of a name says how one is read."""
+"""Measured files -> recordings: text, sound, universal, TDMS and MDF files; the ending of a name selects the reader."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _TAG = b"TDSm"
 
 
 def read_sound(path: Path) -> Recording:
-    """The channels "1", "2", ... of a sound file, time from 0 s, values between -1 and 1 in ``FULL_SCALE``.
+    """Read the channels "1", "2", ... of a sound file, time from 0 s, values between -1 and 1 in ``FULL_SCALE``.
 
-    A sound file has no units: give a channel some with ``Channel.scaled``. Raises ``InputError`` for a file that is no sound.
+    A sound file has no units: give a channel one with ``Channel.with_scale``. Raises ``InputError`` for other files.
     """
     from scipy.io import wavfile
 
@@ -43,7 +43,7 @@ def read_sound(path: Path) -> Recording:
 
 
 def _to_full_scale(values: np.ndarray) -> np.ndarray:
-    """Integers of any width between -1 and 1; unsigned ones have their zero in the middle."""
+    """Scale integers of any width to -1 ... 1; unsigned ones have their zero in the middle."""
     if values.dtype.kind == "f":
         return values.astype(float)
     full = 2.0 ** (8 * values.dtype.itemsize - 1)
@@ -51,7 +51,7 @@ def _to_full_scale(values: np.ndarray) -> np.ndarray:
 
 
 def _read_universal(path: Path) -> Recording:
-    """The time signals of a universal file; spectra and other functions are passed over.
+    """Read the time signals of a universal file; spectra and other functions are ignored.
 
     A channel is called by its first ID line, or, where that is NONE or not the only one, "1", "2", ... in their order.
     Raises ``InputError`` for a file that cannot be read and one without time signals.
@@ -81,13 +81,13 @@ def _channel(source: str, name: str, found: dict[str, Any]) -> Channel:
 
 
 def _said(found: dict[str, Any], key: str) -> str:
-    """A label; NONE says that there is none."""
+    """Return a label of a data set; NONE means that there is none."""
     label = str(found.get(key) or "").strip()
     return "" if label.upper() == "NONE" else label
 
 
 def _read_tdms(path: Path) -> Recording:
-    """The channels of a TDMS file, called ``channel``, or ``group/channel`` where several groups have one of that name.
+    """Read the channels of a TDMS file, called ``channel``, or ``group/channel`` where several groups have one of that name.
 
     Time is a waveform's, else that of the channel of the same group that is called time. Raises ``InputError`` for a file that
     cannot be read, and for a channel that has no time.
@@ -110,7 +110,7 @@ def _read_tdms(path: Path) -> Recording:
 
 
 def _check_tag(path: Path) -> None:
-    """Raises ``ValueError`` for a file that is none: nptdms finds no channels in it, and says nothing."""
+    """Raise ``ValueError`` for a file of another format: nptdms would return no channels without an error."""
     with path.open("rb") as file:
         if file.read(len(_TAG)) != _TAG:
             raise ValueError(f"it does not begin with {_TAG.decode()}")
@@ -121,7 +121,7 @@ def _unit(channel: Any) -> str:
 
 
 def _time(source: str, name: str, channel: Any, group: Any) -> np.ndarray:
-    """(n,) in s."""
+    """Return the times (n,) of a channel in s."""
     step = float(channel.properties.get("wf_increment", 0.0))
     if step > 0:
         return float(channel.properties.get("wf_start_offset", 0.0)) + step * np.arange(len(channel))
@@ -134,7 +134,7 @@ def _time(source: str, name: str, channel: Any, group: Any) -> np.ndarray:
 
 
 def _read_mdf(path: Path) -> Recording:
-    """The channels of an MDF file, called ``channel``, or ``group/channel`` where several groups have one of that name.
+    """Read the channels of an MDF file, called ``channel``, or ``group/channel`` where several groups have one of that name.
 
     group: its number in the file, from 0. The clocks of the groups are no channels. Raises ``InputError`` for a file that
     cannot be read, and for a channel that is no list of numbers.
@@ -156,7 +156,7 @@ def _read_mdf(path: Path) -> Recording:
 
 
 def _library(name: str, path: Path) -> Any:
-    """The module that reads a file. Raises ``InputError`` if it is not installed."""
+    """Import the module that reads a file. Raises ``InputError`` if it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -165,7 +165,7 @@ def _library(name: str, path: Path) -> Any:
 
 @contextmanager
 def _unreadable_as(path: Path, what: str) -> Iterator[None]:
-    """Whatever a library raises on a file becomes one ``InputError``: on a broken one it may be anything. what: it is to be."""
+    """Convert any error of a library on a file into an ``InputError``. format_name: the expected format."""
     try:
         yield
     except (InputError, MemoryError):
@@ -178,7 +178,7 @@ def _unreadable_as(path: Path, what: str) -> Iterator[None]:
 
 
 def _unique(names: list[str], longer: list[str]) -> list[str]:
-    """The names, and where several are alike or empty, the longer ones."""
+    """Return the names, and where several are alike or empty, the longer ones."""
     return [name if name and names.count(name) == 1 else other for name, other in zip(names, longer, strict=True)]
 
 
@@ -190,7 +190,7 @@ _READERS: dict[str, Callable[[Path], Recording]] = {
 
 
 def read_recording(path: Path) -> Recording:
-    """The recording in a file: text (CSV), sound (WAV), universal file (data set 58), TDMS or MDF.
+    """Read the recording in a file: text (CSV), sound (WAV), universal file (data set 58), TDMS or MDF.
 
     Raises ``InputError`` for an ending that is none of these, a file that cannot be read, and one that needs a library that is
     not installed.
@@ -206,7 +206,7 @@ def read_recording(path: Path) -> Recording:
 
 
 def _no_file(path: Path) -> str:
-    """What is wrong where no file is."""
+    """Return what is wrong with a path that is not a file."""
     if path.is_dir():
         return "this is a folder; a file is needed"
-    return "this is no file with an end, but a pipe or a device" if path.exists() else "there is no such file"
+    return "this is not a regular file, but a pipe or a device" if path.exists() else "there is no such file"

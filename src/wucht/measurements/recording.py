@@ -1,4 +1,4 @@
-"""Recordings: measured channels by name, each over its own time, as files hold them."""
+"""Recordings: measured channels by name, each with its time, as files hold them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TIME = Unit("s", "time")
 SPEED = Unit("rad/s", "angular speed")
 ANGLE = Unit("rad", "angle")
 FULL_SCALE = "of full scale"  # the unit of a sound file's samples, which are between -1 and 1
-_OF_FULL_SCALE = "a sound file has no units; say of how many {0} full scale is with the keys scale = NUMBER and unit = '{0}'"
+_OF_FULL_SCALE = "a sound file has no units; state how many {0} full scale is with the keys scale = NUMBER and unit = '{0}'"
 _GRAVITY = 9.80665  # m/s^2: accelerometers state g, which elsewhere is a gram
 
 
@@ -22,11 +22,11 @@ _GRAVITY = 9.80665  # m/s^2: accelerometers state g, which elsewhere is a gram
 class Channel:
     """One measured signal.
 
-    source, name: the file and its channel. unit: of the values, as the file states it; "" where it states none. time (n,): of
+    source, name: the file and its channel. unit: of the values, as the file states it; "" if it states none. time (n,): of
     the samples in s, increasing, in steps that may differ. values (n,).
 
     Raises ``InputError`` for less than two samples, times and values of different number, a time that does not increase, and
-    what is no finite number, or beyond ``LARGEST``.
+    numbers that are not finite, or beyond ``LARGEST``.
     """
 
     source: str
@@ -47,7 +47,7 @@ class Channel:
                 code="count",
             )
         if times < 2:
-            raise InputError(self.where, None, f"there must be at least two samples; found {times}", code="too-few")
+            raise InputError(self.where, None, f"there must be at least two samples; there are {times}", code="too-few")
         back = np.flatnonzero(np.diff(self.time) <= 0)
         if len(back):
             i = int(back[0])
@@ -61,11 +61,11 @@ class Channel:
 
     @property
     def where(self) -> str:
-        """``file: channel``, for sentences."""
+        """The location ``file: channel``, for sentences."""
         return f"{self.source}: {self.name}"
 
     def in_si(self, unit: Unit) -> Channel:
-        """The channel in an SI unit; where its own is not stated, its numbers are taken to be in it.
+        """Convert the channel to an SI unit; if no unit is stated, its numbers are assumed to be in it.
 
         Raises ``InputError`` for a channel of another dimension, an unknown unit, and a sound that was given no scale.
         """
@@ -80,15 +80,15 @@ class Channel:
         try:
             return unit.parse(f"1 {self.unit}")
         except ValueError as error:
-            allowed = f"{error}; if the file is wrong, say what its numbers are with the key unit, as in unit = '{unit.si}'"
+            allowed = f"{error}; if the file is wrong, give the unit of its numbers with the key unit, as in unit = '{unit.si}'"
             raise InputError(self.where, self.unit, allowed, code=code_of(error)) from None
 
     def scaled(self, factor: float, unit: str) -> Channel:
-        """The values times a factor, which then are in that unit: the scale of a sound file, or another sign."""
+        """Multiply the values by a factor, which gives them in that unit: the scale of a sound file, or another sign."""
         return replace(self, unit=unit, values=factor * self.values)
 
     def corrected(self, unit: str | None = None, scale: float | None = None) -> Channel:
-        """With a unit instead of the one that the file states, and the values times a factor, as far as they are given.
+        """Replace the unit that the file states, and multiply the values by a factor, as far as they are given.
 
         Raises ``InputError`` for the unit of a sound without a factor.
         """
@@ -99,7 +99,7 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """The channels of a file, each loaded when it is asked for. load: the channel of one of the names."""
+    """The channels of a file, each loaded on demand. load: returns the channel of one of the names."""
 
     source: str
     names: tuple[str, ...]
@@ -109,12 +109,12 @@ class Recording:
     def of(
         cls, source: str, time: np.ndarray, values: Mapping[str, np.ndarray], units: Mapping[str, str] | None = None
     ) -> Recording:
-        """Of arrays (n,) over one time in s; units: of the channels that are not in SI."""
+        """Create a recording of arrays (n,) over one time in s; units: of the channels that are not in SI."""
         stated = units or {}
         return cls(source, tuple(values), lambda name: Channel(source, name, stated.get(name, ""), time, values[name]))
 
     def channel(self, name: str, unit: Unit | None = None) -> Channel:
-        """A channel, in SI if a unit is given. Raises ``InputError`` for an unknown name, and what the channel raises."""
+        """Return a channel, in SI if a unit is given. Raises ``InputError`` for an unknown name, and as the channel does."""
         if name not in self.names:
             raise InputError(self.source, name, f"there is no such column; {nearest(name, self.names)}")
         found = self.load(name)

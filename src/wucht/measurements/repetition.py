@@ -1,4 +1,4 @@
-"""At which speed a record repeats, beside the one that its numbers say: a wrong unit, wrong pulses per turn, a wrong scale."""
+"""Test if a record repeats at another speed than its numbers give: a wrong unit, wrong pulses per turn, a wrong scale."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from wucht.measurements.order_regression import START_BLOCKS, Fit, Mean, OrderMo
 from wucht.measurements.recording import ANGLE, SPEED
 from wucht.measurements.shaft_signal import TURN, ShaftSignal
 
-_TURNS = 60.0  # in the middle of a record, in which it is looked at
+_TURNS = 60.0  # in the middle of a record, which are examined
 _MOST_BLOCKS = 40_000  # in these, where two speeds are far apart
 _FEWEST = 4  # samples
 _EXPLAINED = 0.1  # of the variance is left: the orders are those of this speed
@@ -23,7 +23,7 @@ _PULSES = (0.25, 0.5, 2.0, 4.0)  # of the speed: an encoder counted by its edges
 
 
 def check_repetition(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> tuple[str, ...]:
-    """A sentence where the orders kept would explain far more if the unit, or the number of pulses in a turn, were another one.
+    """Return a sentence if the orders kept would explain far more with another unit, or another number of pulses in a turn.
 
     omega: the mean of the numbers in rad/s. Orders that were left out on purpose are no reason: at a multiple of this speed the
     orders kept may be these. Raises ``InputError`` where all whole orders of this speed, too, explain far less.
@@ -52,9 +52,9 @@ def check_repetition(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> tu
 
 
 def scale_warning(shaft: ShaftSignal, orders: np.ndarray, omega: float) -> tuple[str, ...]:
-    """A sentence where orders repeat at another speed than the mean of the signal says: where its scale or its zero is wrong.
+    """Return a sentence if orders repeat at another speed than the mean of the signal: if its scale or its zero is wrong.
 
-    omega: about that mean. None where the speed drifts by more than that: then, too, no speed fits, and it is told elsewhere.
+    omega: about that mean. None if the speed drifts by more than that: then, too, no speed fits, and another warning says so.
     """
     t, y = _at_speeds(*_speed(shaft), orders, omega, omega)
     model = OrderModel(orders, Mean.FREE)
@@ -71,13 +71,13 @@ def scale_warning(shaft: ShaftSignal, orders: np.ndarray, omega: float) -> tuple
 
 
 def _speed(shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
-    """Of the shaft over the time from the middle of the record."""
+    """Return the speed of the shaft over the time from the middle of the record."""
     time, values = shaft.speed()
     return time - (time[0] + time[-1]) / 2, values
 
 
 def _others(shaft: ShaftSignal) -> dict[float, str]:
-    """How else the numbers may be meant, by how much faster the shaft then turns: a unit, or a number of pulses a turn."""
+    """Return other readings of the numbers, by the ratio of the shaft's speed: a unit, or a number of pulses a turn."""
     if shaft.per_turn is not None:
         return {r: f"{shaft.per_turn / r:.0f}" for r in _PULSES if (shaft.per_turn / r).is_integer()}
     unit, names = (SPEED, ("rad/s", "rpm", "Hz", "deg/s")) if shaft.quantity == "speed" else (ANGLE, ("rad", "deg", "rev"))
@@ -89,19 +89,19 @@ def _others(shaft: ShaftSignal) -> dict[float, str]:
 def _at_speeds(
     time: np.ndarray, values: np.ndarray, orders: np.ndarray, one: float, two: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Blocks (B,) of the middle of a record in which the orders of both speeds can be seen, with the same noise."""
+    """Return blocks (B,) of the middle of a record that resolve the orders of both speeds, with the same noise."""
     block = TURN / max(one, two) / orders[-1] / START_BLOCKS
     return block_means(*middle(time, values, min(_TURNS * TURN / min(one, two), _MOST_BLOCKS * block)), block)
 
 
 def _whole(orders: np.ndarray, time: np.ndarray, omega: float) -> np.ndarray:
-    """The orders, and all others that blocks at these times can hold, as far as they may have been left out on purpose."""
+    """Return the orders, and all other ones that blocks at these times can hold and that may have been omitted on purpose."""
     most = min(max(_LEFT_OUT, 2 * int(orders[-1])), int(len(time) * TURN / omega / float(np.ptp(time)) / 2.5))
     return np.union1d(orders, np.arange(1, most + 1))
 
 
 def _left(time: np.ndarray, values: np.ndarray, orders: np.ndarray, omega: float, near: float) -> float:
-    """Of the variance, when orders of about omega are taken out, the mean being free; 1 where the record does not tell."""
+    """The share of the variance left without orders of about omega, the mean being free; 1 if the record is too short."""
     if len(time) < _FEWEST:
         return 1.0
     turns, spread = omega * float(np.ptp(time)) / TURN, float(np.var(values))
@@ -117,7 +117,7 @@ def _refusal(shaft: ShaftSignal, name: str) -> str:
         return f"the pulses repeat as if there were {name} a turn, not {shaft.per_turn}: give pulses_per_turn = {name}"
     if shaft.unit:
         remedy = f"give unit = '{name}', or correct the heading"
-        return f"the numbers are said to be {shaft.unit}, but they repeat as if they were {name}: {remedy}"
+        return f"the numbers are stated in {shaft.unit}, but they repeat as if they were {name}: {remedy}"
     column = shaft.where.rsplit(": ", 1)[-1]
     remedy = f"write the unit into the heading, as in {column} [{name}], or give unit = '{name}'"
     return f"the numbers have no unit and would be {_said(shaft)}, but they repeat as if they were {name}: {remedy}"
@@ -130,7 +130,7 @@ def _if(shaft: ShaftSignal, name: str) -> str:
 
 
 def _said(shaft: ShaftSignal) -> str:
-    """The unit of the numbers, as it was said or, where it was not, is taken to be."""
+    """The unit of the numbers, as stated or, if it was not, as assumed."""
     return shaft.unit or (SPEED.si if shaft.quantity == "speed" else ANGLE.si)
 
 

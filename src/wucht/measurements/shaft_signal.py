@@ -1,4 +1,4 @@
-"""What a record says of a shaft: its pulses, its speed, or its angle, over time."""
+"""Signals of a shaft in a record: its pulses, its speed, or its angle, over time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wucht.measurements.recording import ANGLE, SPEED, TIME, Channel, Recording
 from wucht.schema import Unit
 
 HYSTERESIS = 0.2  # of the swing, to each side of the middle
-_AROUND = 5  # intervals, whose median is what one should be
+_AROUND = 5  # intervals, whose median is the expected one
 _MISSING = 1.6  # times that: a pulse is missing
 _FALSE = 1.2  # times that, of two together: a false pulse cuts one in two
 _TIMES = ("s", "ms", "us", "µs", "ns")
@@ -31,12 +31,12 @@ _NAMES: tuple[tuple[str, Quantity], ...] = (
 
 
 def _holds_instants(channel: Channel) -> bool:
-    """Whether a channel is a list of instants, being in a unit of time, and not a signal."""
+    """True if a channel is a list of instants, being in a unit of time, and not a signal."""
     return channel.unit in _TIMES
 
 
 def pulse_times(channel: Channel, level: float | None = None, hysteresis: float = HYSTERESIS, least: int = 2) -> np.ndarray:
-    """The instants (m,) of the pulses of a channel, in s.
+    """Return the instants (m,) of the pulses of a channel, in s.
 
     A channel in a unit of time holds the instants themselves. Any other is a signal, square or not, whose rising crossings of a
     level are pulses; see ``rising_crossings``. Raises ``InputError`` for fewer pulses than the least, and instants that
@@ -53,7 +53,7 @@ def pulse_times(channel: Channel, level: float | None = None, hysteresis: float 
 
 
 def rising_crossings(channel: Channel, level: float | None = None, hysteresis: float = HYSTERESIS) -> np.ndarray:
-    """Where a signal rises through a level (m,), in s, interpolated between samples.
+    """Return the times (m,) at which a signal rises through a level, in s, interpolated between samples.
 
     level: by default half-way between the least and the greatest value. hysteresis: share of that swing by which the signal
     must have been below, and must then be above, so that noise at the level is no pulse. Raises ``InputError`` for a constant.
@@ -75,7 +75,7 @@ def rising_crossings(channel: Channel, level: float | None = None, hysteresis: f
 
 
 def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> None:
-    """Raises ``InputError`` where a pulse is missing, or is one too many, among the instants (m,): by the intervals around.
+    """Raise ``InputError`` if a pulse is missing, or is one too many, among the instants (m,): by the intervals around.
 
     remedy: what to do about a pulse too many, other than to cut the record.
     """
@@ -103,8 +103,8 @@ def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> No
 class ShaftSignal:
     """The speed in rad/s or the angle in rad, not wrapped, of a shaft at times (n,) in s.
 
-    where: file and column. index: instants in s at which the shaft stands at its zero; none without an index pulse. unit: that
-    of the numbers as they were recorded, "" where nobody said one. per_turn: of pulses. warnings: what to check, in sentences.
+    location: file and column. index: instants in s at which the shaft is at its zero; none without an index pulse. unit: that
+    of the numbers as they were recorded, "" if none is stated. per_turn: of pulses. warnings: sentences on what to check.
     """
 
     where: str
@@ -117,20 +117,20 @@ class ShaftSignal:
     warnings: tuple[str, ...] = ()
 
     def stated(self, speed: float) -> str:
-        """A speed in rad/s in the unit of the record, for sentences."""
+        """Format a speed in rad/s in the unit of the record, for sentences."""
         if self.quantity != "speed" or not self.unit:
             return f"{speed:.5g} rad/s"
         return f"{speed / SPEED.parse(f'1 {self.unit}'):.5g} {self.unit}"
 
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times in s and the speed in rad/s: that measured, or the differences of the angle in the middle between samples."""
+        """Return times in s and the speed in rad/s: as measured, or from differences of the angle, midway between samples."""
         if self.quantity == "speed":
             return self.time, self.values
         steps = np.diff(self.time)
         return self.time[:-1] + steps / 2, np.diff(self.values) / steps
 
     def angle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times in s and the angle in rad, zero at the index pulse if there is one: measured, or the speed integrated.
+        """Return times in s and the angle in rad, zero at the index pulse if there is one: measured, or the speed integrated.
 
         Raises ``InputError`` for an index pulse at other times than these.
         """
@@ -150,12 +150,12 @@ class ShaftSignal:
 
 
 def mean_direction(angles: np.ndarray) -> float:
-    """The mean of angles in rad of which whole turns do not count."""
+    """Return the mean of angles in rad of which whole turns do not count."""
     return float(np.angle(np.exp(1j * angles).mean()))
 
 
 def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
-    """Of a speed, in any unit of angular speed; without one in rad/s. index: a channel of pulses, one a turn.
+    """Create a shaft signal of a speed, in any unit of angular speed; without one in rad/s. index: pulses, one a turn.
 
     hysteresis: of the pulses of the index. Raises ``InputError`` for a unit of another dimension.
     """
@@ -171,7 +171,7 @@ def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
 
 
 def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
-    """Of an angle, in any unit of angle; without one in rad. One that jumps back after each turn (or several) is unwrapped.
+    """Create a shaft signal of an angle, in any unit of angle; without one in rad. Jumps back after whole turns are unwrapped.
 
     Raises ``InputError`` for a unit of another dimension, an angle that stands still, and a wrapped one in too long steps.
     """
@@ -184,7 +184,7 @@ def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: flo
 
 
 def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
-    """Of an encoder's pulses: their instants (a channel in a unit of time), or a signal that rises at each of them.
+    """Create a shaft signal of an encoder's pulses: instants (a channel in a unit of time), or a signal that rises at each.
 
     per_turn: pulses a turn. The angle is zero at the first pulse, or, with an index, there. Raises ``InputError`` for pulses
     a turn that are no whole number, pulses missing or too many, and what ``pulse_times`` raises.
@@ -208,12 +208,12 @@ def shaft_signal(
     scale: float | None = None,
     hysteresis: float | None = None,
 ) -> ShaftSignal:
-    """Of the column of a record. index: the column of an index pulse.
+    """Create the shaft signal of a column of a record. index: the column of an index pulse.
 
-    quantity: what the column holds; by default what its name begins with (speed, angle or pulse; Drehzahl, Winkel, Impuls),
-    else what its unit is. unit: of the numbers, instead of the one that the file states. scale: a factor for them. hysteresis:
+    quantity: of the column; by default from the beginning of its name (speed, angle or pulse; Drehzahl, Winkel, Impuls),
+    else from its unit. unit: of the numbers, instead of the one that the file states. scale: a factor for them. hysteresis:
     of pulses that are a signal; see ``rising_crossings``.
-    Raises ``InputError`` where neither says so, for pulses without their number a turn, and what the three functions above do.
+    Raises ``InputError`` if neither is known, for pulses without their number a turn, and as the three functions above do.
     """
     channel = recording.channel(column).corrected(unit, scale)
     zero = recording.channel(index) if index is not None else None
@@ -223,7 +223,7 @@ def shaft_signal(
     if found == "angle":
         return angle_signal(channel, zero, away)
     if per_turn is None:
-        allowed = "say how many pulses the encoder gives a turn, with the key pulses_per_turn"
+        allowed = "state the number of pulses of the encoder in a turn, with the key pulses_per_turn"
         raise InputError(channel.where, None, allowed, code="missing")
     return pulse_signal(channel, per_turn, zero, away)
 
@@ -240,7 +240,7 @@ def _quantity(channel: Channel) -> Quantity:
                 return quantity
         except ValueError:
             continue
-    allowed = 'say what this column holds of the shaft, with the key quantity: "speed", "angle" or "pulses"'
+    allowed = 'state which quantity of the shaft this column holds, with the key quantity: "speed", "angle" or "pulses"'
     raise InputError(channel.where, None, allowed, code="no-quantity")
 
 
@@ -249,7 +249,7 @@ def _index(channel: Channel | None, hysteresis: float) -> np.ndarray:
 
 
 def _unwrapped(angle: Channel) -> np.ndarray:
-    """The angles without the jumps by whole turns that are against the direction of rotation, if there are such."""
+    """Remove the jumps by whole turns that are against the direction of rotation, if there are such, from the angles."""
     steps = np.diff(angle.values)
     back = -steps * np.sign(np.median(steps))
     if back.max() <= np.ptp(angle.values) / 2 or back.max() < TURN * (1 - _LONGEST_STEP):
@@ -260,8 +260,8 @@ def _unwrapped(angle: Channel) -> np.ndarray:
     if longest > _LONGEST_STEP * period:
         i = int(np.abs(np.diff(unwrapped)).argmax())
         allowed = (
-            f"the wrapped angle goes on by {longest / TURN:.2f} turns in the step from {angle.time[i]:.6g} s on, so that its "
-            "way is not known; sample faster, or cut the record where samples are missing"
+            f"the wrapped angle advances by {longest / TURN:.2f} turns in the step from {angle.time[i]:.6g} s on, so that its "
+            "path is ambiguous; sample faster, or cut the record where samples are missing"
         )
         raise InputError(angle.where, None, allowed, code="wraps-unclear")
     return np.asarray(unwrapped)

@@ -1,4 +1,4 @@
-"""Text files of columns: CSV and its kin."""
+"""Text files of columns: CSV and similar formats."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _UNITS_ALONE = ("s", "ms", "rpm", "rad/s", "deg/s", "Hz", "rad", "deg", "°", "V
 
 @dataclass(frozen=True)
 class _Layout:
-    """How a file is written. first: the number of its first row, from 0."""
+    """Layout of a file. first: the number of its first row, from 0."""
 
     separator: str | None
     names: tuple[str, ...]
@@ -34,11 +34,11 @@ class _Layout:
 
 
 def read_text_file(path: Path) -> Recording:
-    """The columns of a text file over its time: the column called time (or t), else the first one, in s if it has no unit.
+    """Read the columns of a text file over its time: the column called time (or t), else the first, in s if it has no unit.
 
     Columns are separated by semicolons, tabs, commas or blanks; beside semicolons and tabs a decimal comma is understood. ``#``
     begins a comment. A heading names the columns and may give units, as in ``time [ms], speed (rpm)``, or in a second line;
-    without one they are called "1", "2", ... A lone column is its own time: instants at which something happened.
+    without one they are called "1", "2", ... A lone column is also its time: instants of events.
 
     Raises ``InputError``, with the line, for a file that cannot be read and a row that is not of as many finite numbers.
     """
@@ -55,7 +55,7 @@ def read_text_file(path: Path) -> Recording:
 
 
 def _text(path: Path) -> str:
-    """UTF-8, or what loggers write instead, where only ° and µ differ."""
+    """Read a file in UTF-8, or in Latin-1 as loggers write it, where only ° and µ differ."""
     try:
         return read_text(path)
     except InputError:
@@ -79,13 +79,13 @@ def _layout(source: str, lines: list[str]) -> _Layout:
             raise InputError(source, None, allowed, code="no-heading")
         twice = next((n for n, count in Counter(names).items() if count > 1), None)
         if twice is not None:
-            raise InputError(source, None, f"two columns are called {twice!r}; each needs a name of its own", code="name-twice")
+            raise InputError(source, None, f"two columns are called {twice!r}; names must be different", code="name-twice")
         return _Layout(separator, tuple(names), tuple(units), number)
     raise InputError(source, None, "there is no row of numbers in this file", code="no-rows")
 
 
 def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]]:
-    """Names and units of the columns."""
+    """Return names and units of the columns."""
     if not heading:
         return [str(i + 1) for i in range(count)], [""] * count
     names, units = [], []
@@ -102,7 +102,7 @@ def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]
 
 
 def _is_unit(text: str) -> bool:
-    """Whether it is one of those in which motions are recorded."""
+    """True if a text is a unit in which motions are recorded."""
     for known in _KNOWN:
         try:
             known.parse(f"1 {text}")
@@ -113,7 +113,7 @@ def _is_unit(text: str) -> bool:
 
 
 def _table(source: str, lines: list[str], layout: _Layout) -> np.ndarray:
-    """The rows (n, columns) of finite numbers."""
+    """Return the rows (n, columns) of finite numbers."""
     rows, separator = lines[layout.first :], layout.separator
     if separator and rows[0].rstrip(" ").endswith(separator):
         rows = [r.rstrip(" ").removesuffix(separator) for r in rows]
@@ -129,7 +129,7 @@ def _table(source: str, lines: list[str], layout: _Layout) -> np.ndarray:
 
 
 def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
-    """The error with the line that is no row."""
+    """Return the error with the line that is not a row."""
     for number, line in enumerate(lines[layout.first :], layout.first + 1):
         held = line.split("#", 1)[0].strip()
         cells = cells_of(held, layout.separator)
@@ -149,7 +149,7 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
 
 
 def _first_empty(held: str, layout: _Layout) -> int | None:
-    """The number, from 0, of the first column that has nothing between its separators in a line."""
+    """Return the number, from 0, of the first column that has nothing between its separators in a line."""
     if layout.separator is None:
         return None
     cells = [c.strip().strip('"').strip() for c in held.split(layout.separator)]
@@ -157,7 +157,7 @@ def _first_empty(held: str, layout: _Layout) -> int | None:
 
 
 def _without_value(source: str, lines: list[str], layout: _Layout, number: int, column: int) -> InputError:
-    """The error of a column without a value in a line, and as it may be, in all that follow: it was recorded for less long."""
+    """Return the error of a column without a value in a line, or also in all lines after it: its record ends earlier."""
     held = [line.split("#", 1)[0].strip() for line in lines[layout.first :]]
     before = sum(1 for line in held[: number - 1 - layout.first] if line)
     after = [line for line in held[number - 1 - layout.first :] if line]
@@ -165,8 +165,8 @@ def _without_value(source: str, lines: list[str], layout: _Layout, number: int, 
     allowed = f"line {number}: there is no value; fill it in, or take the row out"
     if ends:
         allowed = (
-            f"this channel ends early: it has {before} values, and none from line {number} on, where others go on to "
-            f"{before + len(after)}; cut all columns at line {number}, or write this one into a file of its own"
+            f"this channel ends early: it has {before} values, and none from line {number} on, while other columns have "
+            f"{before + len(after)}; cut all columns at line {number}, or write this one into a separate file"
         )
     return InputError(f"{source}: {layout.names[column]}", None, allowed, code="ends-early" if ends else "no-value")
 

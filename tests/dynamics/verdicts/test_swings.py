@@ -35,7 +35,7 @@ def test_one_that_air_brakes_does_not_come_to_rest():
     found = coasting(lambda t: 5 * W * 50 * np.log(1 + t / 50))
     assert found.outcome == "unidentified"
     assert found.needed is None
-    assert found.advice == "the rotor coasts ever more slowly, and does not come to rest: to run longer would not tell more"
+    assert found.advice == "the rotor coasts ever more slowly, and does not stop: a longer run would not change the verdict"
 
 
 def test_where_the_vibration_holds_a_rotor_the_slip_in_its_bearing_does_not_say_how_long():
@@ -196,7 +196,7 @@ def test_of_what_turns_over_for_ever_nothing_more_is_told_by_a_longer_run(until,
     found = judged(machine(FIXED, [ROTOR]), lambda t: 1.2 * np.pi * np.sin(np.pi * t / 100), until=until, free=None, step=0.5)
     assert found.outcome == "unidentified"
     assert (found.needed is not None) is told
-    assert ("to run longer would not tell more" in found.advice) is not told
+    assert ("a longer run would not change the verdict" in found.advice) is not told
     assert ("too short" in found.sentence) is told
 
 

@@ -1,6 +1,6 @@
-"""A coast-down: the machine without its drives, the state from which it starts, and what is recorded of it, leg by leg.
+"""A coast-down: the machine without its drives, the state from which it starts, and its record, leg by leg.
 
-Few rows of the run are kept, the speed averaged over each turn, and when it had halved.
+A few rows of the run are recorded, the speed averaged over each turn, and the time at which it has halved.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ MOST_ROWS = 8000
 REVERSAL = "reversal"  # the event at which the main rotor turns back
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")
 _OF_TWO = {"min_speed": np.minimum, "max_speed": np.maximum, "amplitude": np.maximum}  # rows; of others the second stays
-_REACH = 2 * PER_TURN  # averages before and after the speed has halved, through which the time of that is found
+_REACH = 2 * PER_TURN  # averages before and after the speed has halved, from which that time is interpolated
 _SAMPLES_REACH = 2  # likewise, samples
 _RESONANT = 1e-6  # of an undamped resonance: so near it the steady vibration has no bound
 
 
 class CarrierStart(StrEnum):
-    """How the carrier of a coast-down starts."""
+    """The start of the carrier in a coast-down."""
 
     FIXED = "fixed"  # it has no free coordinate
     STEADY = "steady"  # vibrating as at the speeds of the start
     REST = "rest"
-    GIVEN = "given"  # as the user says
+    GIVEN = "given"  # as study.start states
 
 
 def without_drives(machine: Machine) -> Machine:
-    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays.
+    """Return the machine with its drives switched off: no torque, no prescribed speed. Losses of dampers and loads stay.
 
     So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
     """
@@ -61,7 +61,7 @@ def without_drives(machine: Machine) -> Machine:
 
 
 def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]) -> np.ndarray:
-    """The state (n,) of the machine without drives from which it starts. Raises ``InputError``."""
+    """Return the state (n,) from which the machine without drives starts. Raises ``InputError``."""
     state = initial_state(coasting, start)
     for rotor in machine.rotors:
         row = coasting.row(rotor.coordinate.velocity)
@@ -82,7 +82,7 @@ def state_at_start(machine: Machine, coasting: Machine, start: Mapping[str, Any]
 
 
 def in_phase(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
-    """A state (n,) with bodies at angles to the rotors that they turn about, from the inside outwards."""
+    """Return a state (n,) with bodies at given angles to the rotors that they turn about, from the inside outwards."""
     moved = state.copy()
     for body in machine.outward:
         if body.about is not None and body.name in to_rotor:
@@ -98,7 +98,7 @@ def phases_of_bodies(machine: Machine, state: np.ndarray) -> dict[str, float]:
 
 
 def carrier_start(machine: Machine, start: Mapping[str, Any], vibration: str | None) -> tuple[CarrierStart, str]:
-    """How the carrier starts, and why it does so at rest where nobody asked for that."""
+    """Return how the carrier starts, and the reason if it starts at rest by default."""
     if not machine.free_carrier:
         return CarrierStart.FIXED, ""
     if "carrier" in start:
@@ -113,7 +113,7 @@ def carrier_start(machine: Machine, start: Mapping[str, Any], vibration: str | N
 
 
 def vibrating(machine: Machine, state: np.ndarray) -> np.ndarray:
-    """A state (n,) in which the carrier rests, with its steady vibration. Raises ``InputError`` where that has no bound."""
+    """Add its steady vibration to a state (n,) in which the carrier rests. Raises ``InputError`` if it is unbounded."""
     at = machine.at(0.0)
     senses = np.array([sense_of(at, body) for body in at.bodies])
     angles, speeds = (senses * np.array(list(of(at, state).values())) for of in (angles_in, speeds_in))
@@ -138,7 +138,7 @@ def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:
 
 
 def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
-    """The speed that a rotor's drive reaches, 0 if it has none; with schedules, when they are done, or last drive it."""
+    """The speed that a rotor's drive reaches, 0 without one; with schedules, at their end, or when they last drive it."""
     driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
     times = reversed(machine.breakpoints) if driven else ()
     return next((speed for t in times if (speed := free_speed(machine.at(t), rotor))), 0.0)
@@ -146,12 +146,12 @@ def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Descent:
-    """A leg of the run, reduced: a unit of work.
+    """A leg of the run, reduced to its record: a unit of work.
 
     rows: columns (N,) by the names of ``ROW``; extremes are those since the row before. turns: the time in the middle of each
     turn up to the first reversal, and the mean speed over it (2, K). reversals: when the rotor turns back. observer: averages
     over turns; averages: how many there were. halving: time and speed (2, k) of those around the moment at which the
-    speed has fallen to half of that at the start, or of the last ones; samples around it, as long as no turn is made. end: the
+    speed has fallen to half of that at the start, or of the last ones; samples around it before the first turn. end: the
     last sample, from which the run continues.
     """
 
@@ -175,11 +175,11 @@ class Record(Descent):
 
     @property
     def half_time(self) -> float | None:
-        """When the speed averaged over a turn (without a turn, the speed itself) has fallen to half of that at the start."""
+        """The time at which the speed averaged over a turn (without a turn, the speed itself) is half of that at the start."""
         return _halved(self.halving[0], self.halving[1], abs(self.start_speed) / 2)
 
     def after(self, leg: Descent) -> Record:
-        """The record with the next leg; with too many rows each two become one."""
+        """Return the record with the next leg; if there are too many rows, each two become one."""
         rows, stride = {name: np.append(self.rows[name], leg.rows[name]) for name in ROW}, self.stride
         if len(rows["time"]) > MOST_ROWS:
             rows, stride = {name: _thinned(name, column) for name, column in rows.items()}, 2 * stride
@@ -189,14 +189,14 @@ class Record(Descent):
 
 
 def _thinned(name: str, column: np.ndarray) -> np.ndarray:
-    """The first row, and one for each two after it; the extremes of both stay."""
+    """Keep the first row, and merge each two after it into one, with the extremes of both."""
     even = len(column) - 1 + len(column) % 2
     first, second = column[1:even:2], column[2:even:2]
     return np.concatenate([column[:1], _OF_TWO[name](first, second) if name in _OF_TWO else second, column[even:]])
 
 
 def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSystem, before: Record, t: Trajectory) -> Descent:
-    """A leg that begins with the last sample of what was recorded before. at_rest: where the carrier's axis rests."""
+    """Reduce a leg that begins with the last sample of the record. at_rest: the rest position of the carrier's axis."""
     outputs, rotor = rows_of(compiled, t), machine.rotor.coordinate
     time, angle, speed = t.time, outputs[rotor.position.name], outputs[rotor.velocity.name]
     balance, residual = balanced(before.balance, outputs["stored_energy"], t.quadratures)
@@ -205,7 +205,7 @@ def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSy
     width, begun = max(1, round(before.stride / (time[1] - time[0]))) if len(time) > 1 else 1, int(before.legs > 0)
     last = np.unique([*range(width * begun, len(time), width), len(time) - 1])
     last = last[last >= begun]
-    first = np.append(0, last)[: len(last)].astype(int)  # of what a row stands for, the last of the row before
+    first = np.append(0, last)[: len(last)].astype(int)  # a row covers the samples from the end of the row before
     rows = {
         "time": time[last],
         "angle": angle[last],
@@ -225,7 +225,7 @@ def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSy
     number = before.averages + np.arange(len(averaged.time))
     mean = np.array([averaged.middle, averaged.speed])
     turns, averages, half = mean[:, number % PER_TURN == 0], before.averages + len(number), abs(before.start_speed) / 2
-    # Where it halves before there is a whole turn, the speed itself must do.
+    # If it halves before the first whole turn, the speed itself is used.
     by_turns = bool(before.averages or (averages and abs(mean[1, 0]) > half))
     known = before.halving if before.averages or not by_turns else np.empty((2, 0))
     points = np.append(known, mean if by_turns else np.array([time, speed]), axis=1)
@@ -234,20 +234,20 @@ def reduced(machine: Machine, at_rest: Mapping[str, float], compiled: CompiledSy
 
 
 def _around(points: np.ndarray, half: float, reach: int) -> np.ndarray:
-    """Of times and speeds (2, k) those around the moment at which the speed has halved, else the last ones."""
+    """Select those of times and speeds (2, k) around the moment at which the speed has halved, else the last ones."""
     i = _crossing(points[1], half)
     return points[:, -reach:] if i is None else points[:, max(0, i + 1 - reach) : i + 1 + reach]
 
 
 def _crossing(speed: np.ndarray, half: float) -> int | None:
-    """After which point the speed falls to half."""
+    """The index of the last point before the speed falls to half; None if it does not."""
     over = np.abs(speed) - half
     below = np.flatnonzero((over[:-1] > 0) & (over[1:] <= 0))
     return int(below[0]) if len(below) else None
 
 
 def _halved(time: np.ndarray, speed: np.ndarray, half: float) -> float | None:
-    """When the speed falls to half: the root of the cubic through the points around. None where it does not."""
+    """The time at which the speed falls to half: a root of the cubic through the points around it. None if it does not."""
     i, over = _crossing(speed, half), np.abs(speed) - half
     if i is None:
         return None

@@ -1,4 +1,4 @@
-"""How far the averaged equations are from the full ones: 002, 5.6.1, (5.24)-(5.25)."""
+"""Deviation of the averaged equations from the full ones: 002, 5.6.1, (5.24)-(5.25)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _FEWEST = 3  # samples on a common range, to compare on
 
 
 def watched(machine: Machine) -> list[RotatingBody]:
-    """Whose speeds are compared: the main rotor's, or where that is prescribed those of the bodies that are free."""
+    """The bodies whose speeds are compared: the main rotor, or if its speed is prescribed, the bodies that are free."""
     free = [b for b in machine.bodies if b.coordinate.prescribed is None]
     return free if machine.rotor.coordinate.prescribed is not None and free else [machine.rotor]
 
 
 @dataclass(frozen=True)
 class Course:
-    """What is compared of a run: samples (N,) of the rotor's angle, the mean phase of its bodies, and its axis' distance.
+    """Signals of a run that are compared: samples (N,) of the rotor's angle, its bodies' mean phase, and its axis' distance.
 
-    speed: (k, N) of those that are ``watched``. angle and speed are positive in the rotor's own sense. phase: unwrapped, None
-    without bodies about the rotor.
+    speed: (k, N) of the ``compared_bodies``. angle and speed are positive in the rotor's sense of rotation. phase: unwrapped,
+    None without bodies about the rotor.
     """
 
     angle: np.ndarray
@@ -36,9 +36,9 @@ class Course:
 
 @dataclass(frozen=True)
 class Deviations:
-    """Differences full - slow of speed and radius (N,) at the abscissa ``at`` (N,) where both are defined.
+    """Differences full - slow of speed and radius (N,) at the ``abscissa`` (N,) where both are defined.
 
-    speed: of that watched body which differs most.
+    speed: of the compared body with the largest difference.
     """
 
     at: np.ndarray
@@ -52,7 +52,7 @@ class Deviations:
 
 
 def course_of(motion: Motion) -> Course:
-    """What is compared of a motion."""
+    """Return the signals of a motion that are compared."""
     machine, rows = motion.case.machine, motion.rows
     about = [b for b in machine.bodies if b.about == machine.rotor.name]
     angle = rows[machine.rotor.coordinate.position.name]
@@ -64,13 +64,13 @@ def course_of(motion: Motion) -> Course:
 
 
 def at_equal_angle(full: Course, slow: Course, until: float = np.inf) -> Deviations | None:
-    """At equal angle of the rotor, up to an angle: (5.24), (5.25). None where there is nothing in common."""
+    """Compare at equal angles of the rotor, up to an angle: (5.24), (5.25). None if the ranges do not overlap."""
     begin = max(full.angle[0], slow.angle[0])
     return _compared(full, slow, full.angle - begin, slow.angle - begin, until)
 
 
 def at_equal_phase(full: Course, slow: Course) -> Deviations | None:
-    """At equal mean phase of the bodies, 002 figure 5.12, while these lag; None where they do not lag a turn in common."""
+    """Compare at equal mean phase of the bodies, 002 figure 5.12, while these lag; None below a common lag of one turn."""
     if full.phase is None or slow.phase is None:
         return None
     sense = np.sign(full.phase[-1] - full.phase[0])
@@ -79,7 +79,7 @@ def at_equal_phase(full: Course, slow: Course) -> Deviations | None:
 
 
 def _compared(full: Course, slow: Course, a: np.ndarray, b: np.ndarray, until: float = np.inf) -> Deviations | None:
-    """At equal abscissae a, b (N,); one that turns back is compared where it is new."""
+    """Compare at equal abscissae a, b (N,); of one that turns back, only the samples beyond all before them."""
     common, new = _advancing(a) & (a >= b[0]) & (a <= min(b.max(), until)), _advancing(b)
     if np.count_nonzero(common) < _FEWEST:
         return None
@@ -90,5 +90,5 @@ def _compared(full: Course, slow: Course, a: np.ndarray, b: np.ndarray, until: f
 
 
 def _advancing(values: np.ndarray) -> np.ndarray:
-    """Where (mask) a value is larger than all before."""
+    """Mask of the values that are larger than all before."""
     return np.asarray(np.r_[True, values[1:] > np.maximum.accumulate(values)[:-1]])

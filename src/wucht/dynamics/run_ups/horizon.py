@@ -1,4 +1,4 @@
-"""How far a run-up goes, in which legs, how densely it is sampled, and what may end it early."""
+"""The horizon of a run-up: its duration, its legs, the density of samples, and the events that end it early."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest spee
 _MOST_TURNS = 25_000
 _FEWEST_SAMPLES = 2000
 _FIRST_LEG, _LONG_LEG = 64, 2048  # samples
-_SHARE_OF_ALL = 16  # a longer leg is at most this part of the run so far: legs are few, and each keeps all that was seen
+_SHARE_OF_ALL = 16  # a longer leg is at most this part of the run so far: legs are few, and each keeps the whole observation
 _MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples are stored
 _SETTLED_TOLERANCE = 1e-5
-_FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
+_FASTEST = 10.0  # times the highest natural frequency: the most frequent observation of a body that does not turn
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How a machine is run up: how far, with which equations, and how accurately.
+    """Settings of a run-up: its duration, equations and accuracy.
 
     until: a time; turns: of the main rotor; without either it runs until it has settled. model: the ``"full"`` equations, the
     averaged ones (``"slow"``), or ``"both"``; inertia, order: of the averaged ones. speed_limit: beyond it the run ends.
@@ -58,8 +58,8 @@ class RunSettings:
 
 @dataclass(frozen=True)
 class Grid:
-    """A leg. samples: evenly, from the last of the leg before on. closest: samples that may be stored, as time. end: for the
-    progress. judged: whether the motion is judged then."""
+    """A leg. samples: evenly, from the last of the leg before on. closest: the least time between stored samples. end: for the
+    progress. is_judged: True if the motion is judged at its end."""
 
     samples: np.ndarray
     closest: float
@@ -69,7 +69,9 @@ class Grid:
 
 @dataclass(frozen=True)
 class Horizon:
-    """step: between samples at the highest speed expected. span: the time of a turn, or of a vibration, as it is expected.
+    """Time scales and limits of a run.
+
+    step: between samples at the highest speed expected. span: the time of a turn, or of a vibration, as it is expected.
     vibration: the highest frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the
     highest speed expected. most: samples that are stored. until_settled: the verdict ends the run. energy: the size of the
     works. tolerance: of the integration. events: that end it. warnings: what is doubtful about the question."""
@@ -89,10 +91,10 @@ class Horizon:
 
     @classmethod
     def of(cls, machine: Machine, settings: RunSettings, initial: np.ndarray) -> Horizon:
-        """The horizon of a run from an initial state."""
+        """Return the horizon of a run from an initial state."""
         at = {t: machine.at(t) for t in machine.breakpoints}
         natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
-        highest = {t: highest_speed(m) for t, m in at.items()}  # losses alone may hold a speed that is never seen
+        highest = {t: highest_speed(m) for t, m in at.items()}  # a balance of losses alone may lie far above what is reached
         reached = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
         prescribed = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
         expected = [*speeds_in(machine, initial).values(), *reached, machine.shaking_frequency or 0.0, *natural]
@@ -116,11 +118,11 @@ class Horizon:
         return cls(step, span, vibration, first, end, turn / step, most, settled, energy, settings.tolerance, events, warnings)
 
     def legs(self, rate: Callable[[], float] | None = None) -> Iterator[Grid]:
-        """The legs of a run. rate: the highest frequency of the motion where the leg before has ended; None: as is expected.
+        """Yield the legs of a run. rate: the highest frequency of the motion at the end of the leg before; None: as expected.
 
-        Samples are even as long as the motion is not much slower than expected, else a power of two further apart. Without a
-        given time the motion is judged at twice the time of the last look. Legs are short at first, and later a share of the
-        run, so that a run that is cut off loses little.
+        Samples are even as long as the motion is not much slower than expected, else a power of two further apart. Without an
+        end time the motion is judged each time its duration has doubled. Legs are short at first, and later a share of the
+        run, so that an interrupted run loses little.
         """
         share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
@@ -141,30 +143,30 @@ class Horizon:
 
     @property
     def samples(self) -> float:
-        """About how many are stored at most."""
+        """The approximate greatest number of stored samples."""
         doublings = math.log2(_MOST_TURNS / _FIRST_TURNS) if self.until_settled else 0
         return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
 
     def decided(self, verdict: Verdict) -> bool:
-        """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
+        """True if a run without an end time may end: it has settled, or will never make the requested turns."""
         if self.until_settled:
             return verdict.settled_within(_SETTLED_TOLERANCE)
         return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
 
 
 def _power_of_two(ratio: float) -> int:
-    """The largest that is not greater, at least 1."""
+    """The largest power of two that is not greater than a ratio, at least 1."""
     return int(2 ** max(0, math.floor(math.log2(ratio))))
 
 
 def numbers_a_sample(machine: Machine) -> int:
-    """How many numbers are stored of a sample: states, works, outputs and what the Dataset makes of them."""
+    """The number of values stored per sample: states, works, outputs and what the Dataset derives from them."""
     system = machine.system
     return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
 
 
 def _most_samples(machine: Machine, settings: RunSettings) -> int:
-    """How many samples of a run are stored, so that all runs of a question fit into memory."""
+    """The number of stored samples of a run with which all runs of a study fit into memory."""
     if settings.stored_samples is not None:
         return max(2, settings.stored_samples // settings.runs)
     return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_a_sample(machine)) // settings.runs)
@@ -185,13 +187,13 @@ def _warnings(machine: Machine, settings: RunSettings, free: float | None) -> li
     warnings, limit = [], runaway_limit(machine)
     if limit is not None and settings.speed_limit is None:
         warnings.append(
-            "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series "
+            "no load and no loss limits the drive: without vibration its speed would grow without limit, as that of a series "
             f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
         )
     unit = f" {machine.units.time}" if machine.units.time else ""
     if settings.until is not None and free and settings.until < 20 * math.pi / abs(free):
         warnings.append(
             f"the run of {settings.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
-            f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
+            f"({20 * math.pi / abs(free):.3g}{unit}): far too short for a verdict"
         )
     return warnings

@@ -1,4 +1,4 @@
-"""Initial states: from a study file to the state vector of a System, and the machine as it is in it."""
+"""Initial states: from a study file to the state vector of a System, and the machine in that state."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _ROUNDING = 1e-9  # of the size
 
 
 def owners(machine: Machine) -> list[str]:
-    """The keys of a start under which such states stand: names of attachments, ``drive`` or ``drives``."""
+    """The keys of a start that hold internal states of parts: names of attachments, ``drive`` or ``drives``."""
     return list(dict.fromkeys(x.path.split(".")[0] for x in machine.internal))
 
 
 def own_starts(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, float]:
-    """The values of all such states by name; 0 where the start does not say. Raises ``InputError``."""
+    """Return the values of all internal states by name; 0 where the start has none. Raises ``InputError``."""
     known = {tuple(x.state.name.split(".")): x for x in machine.internal}
     values = {x.state.name: 0.0 for x in known.values()}
     for name in owners(machine):
@@ -38,7 +38,7 @@ def own_starts(machine: Machine, start: Mapping[str, Any], where: str) -> dict[s
 def _stated(
     known: Mapping[tuple[str, ...], Internal], keys: tuple[str, ...], given: Any, where: str
 ) -> Iterator[tuple[Internal, Any, str]]:
-    """What is given in a table of a start and those inside: of which state, and where."""
+    """Yield each entry in a table of a start and in its inner tables: the state, the value, and its location."""
     at = ".".join((where, *keys))
     if keys in known:
         yield known[keys], given, at
@@ -57,7 +57,7 @@ def _example(known: Mapping[tuple[str, ...], Internal], keys: tuple[str, ...], k
 
 
 def _value(machine: Machine, x: Internal, given: Any, where: str) -> float:
-    """In SI, within the size that the state can have."""
+    """Return a value in SI, checked against the size that the state can have."""
     value, (size,) = read_quantity(Unit(x.own.unit, x.own.what), given, where), machine.evaluate(x.size)
     if abs(value) > size * (1 + _ROUNDING):
         limits = f"between -{size:g} and {size:g} {x.own.unit}"
@@ -65,18 +65,18 @@ def _value(machine: Machine, x: Internal, given: Any, where: str) -> float:
     return value
 
 
-_MOST_LISTED = 6  # told one by one
+_MOST_LISTED = 6  # phases in a sentence
 _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
 
 
 def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "study.start") -> np.ndarray:
-    """The initial state (n,) of ``machine.system``.
+    """Return the initial state (n,) of ``machine.system``.
 
     Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at the angle that the machine
     gives them, else at 0; those of a track of which none is named or has an angle evenly spaced; those about a body whose
     speed is prescribed start with that speed. The carrier
     starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
-    about one rotor: angles psi +- delta/2. States of parts' own that are not named start at 0. Raises ``InputError``.
+    about one rotor: angles psi +- delta/2. Internal states of parts that are not named start at 0. Raises ``InputError``.
     """
     values = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
     guided = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
@@ -106,7 +106,7 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
 
 
 def placed(machine: Machine, state: np.ndarray) -> Machine:
-    """The machine as it is in an initial state (n,): the bodies of its tracks in order, those unlocked that are released there.
+    """Return the machine as in an initial state (n,): the bodies of its tracks in order, those released there unlocked.
 
     A speed of release that is reached at t = 0 would never be crossed. Raises ``InputError`` where bodies of a track overlap.
     """
@@ -130,7 +130,7 @@ def speeds_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
 
 
 def listed(phases: Mapping[str, float]) -> str:
-    """Phases of bodies, given in rad, in degrees for reading; of many bodies the first."""
+    """Format phases of bodies, given in rad, in degrees for a sentence; of many bodies the first ones."""
     said = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
     more = f" and {len(said) - _MOST_LISTED} more" if len(said) > _MOST_LISTED else ""
     return ", ".join(said[:_MOST_LISTED]) + more
@@ -146,14 +146,14 @@ def _angle(machine: Machine) -> Unit:
 
 
 def _quantities(given: Any, units: Mapping[str, Unit], where: str) -> dict[str, float]:
-    """The quantities of a table by key; a bare value is the first of them."""
+    """Read the quantities of a table by key; a bare value is the first of them."""
     table = given if isinstance(given, Mapping) else {next(iter(units)): given}
     refuse_unknown(table, units, where)
     return {key: read_quantity(units[key], value, f"{where}.{key}") for key, value in table.items()}
 
 
 def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """What is stated of each body: by its name, as one of a pair by psi and delta, or as one of a track."""
+    """Return the entry of each body: by its name, as one of a pair by psi and delta, or as one of a track."""
     names = [b.name for b in machine.bodies]
     pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
     guided = [x.name for x in machine.sliders]
@@ -162,7 +162,7 @@ def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, 
     if "psi" in start or "delta" in start:
         psi, delta = (read_quantity(_angle(machine), start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
         for name in (n for n in pair if n in given):
-            raise InputError(f"{where}.{name}", None, "give either psi and delta, or the bodies' own angles")
+            raise InputError(f"{where}.{name}", None, "give either psi and delta, or the angles of the bodies")
         given |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
     for track in machine.tracks:
         if not any(b.name in given for b in track.bodies):
@@ -174,7 +174,7 @@ def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, 
 
 
 def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
-    """The carrier's positions and velocities by name, prescribed ones included."""
+    """Return the carrier's positions and velocities by name, prescribed ones included."""
     if not isinstance(given, Mapping):
         raise InputError(where, given, 'must be a table such as { x = "1 mm" }')
     length, units = machine.units.length, dict[str, Unit]()

@@ -1,4 +1,4 @@
-"""Signals of a machine's motion: what they are, and their turning points over a run-up, leg by leg."""
+"""Signals of a machine's motion, and their turning points over a run-up, leg by leg."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class MachineSignal:
     evaluator: Evaluator
 
     def __call__(self, motion: Trajectory) -> np.ndarray:
-        """Its values (N,) over the machine's motion."""
+        """Return its values (N,) over the machine's motion."""
         values = self.evaluator(motion.time, motion.states, motion.parameters)[_VALUE]
         return np.broadcast_to(values, motion.time.shape)
 
 
 @dataclass(frozen=True)
 class SignalObservation:
-    """observation: of the machine's motion, for the verdict. points: the signal's, since they were last taken away."""
+    """An observation of the machine's motion, for the verdict, and the signal's turning points since they were last taken."""
 
     observation: Observation
     points: TurningPoints
@@ -50,35 +50,35 @@ class SignalObservation:
 
 @dataclass(frozen=True)
 class SignalWatch:
-    """Watches a machine, and a signal of its motion."""
+    """Observer of a machine, and of a signal of its motion."""
 
     watch: Watch
     signal: MachineSignal
 
     @property
     def machine(self) -> Machine:
-        """What is watched."""
+        """The observed machine."""
         return self.watch.machine
 
     @property
     def span(self) -> float:
-        """See ``Watch``."""
+        """The sampled span of time; see ``MotionObserver``."""
         return self.watch.span
 
     def begin(self) -> SignalObservation:
-        """Before anything has been seen."""
+        """Return the empty observation."""
         return SignalObservation(self.watch.begin(), TurningPoints())
 
     def looked(self, seen: SignalObservation, motion: Trajectory) -> SignalObservation:
-        """After a part of the machine's motion."""
+        """Return the observation after a further part of the machine's motion."""
         points = seen.points.after(motion.time, self.signal(motion), between=True)
         return SignalObservation(self.watch.looked(seen.observation, motion), points)
 
 
 @dataclass(frozen=True, eq=False)
 class LoadHistory:
-    """time, values (m,): the turning points of a load so far, from the begin on. end_time: how far. verdict: on the run-up,
-    None of a record. failure: why it ended early."""
+    """The turning points of a load from the start on: time, values (m,). end_time: of the motion so far. verdict: on the
+    run-up, None of a record. failure: the reason of an early end."""
 
     time: np.ndarray
     values: np.ndarray
@@ -88,14 +88,14 @@ class LoadHistory:
 
 
 def watched_signal(case: RunUpCase, signal: MachineSignal) -> Watched[SignalObservation]:
-    """The integration of a run-up in which a signal is watched as densely as its turning points need."""
+    """Return the integration of a run-up in which a signal is sampled as densely as its turning points need."""
     [model], horizon, settings = case.models, case.horizon, case.settings
     compiled = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
     return Watched(SignalWatch(case.watch, signal), compiled, model.seen, horizon.vibration, horizon.energy, _PER_TURN)
 
 
 def load_histories(case: RunUpCase, signal: MachineSignal, work: Work) -> Iterator[LoadHistory]:
-    """The turning points of a signal after each leg of a run-up, of whose motion nothing else is kept."""
+    """Yield the turning points of a signal after each leg of a run-up, of whose motion nothing else is stored."""
     [model], watched = case.models, watched_signal(case, signal)
     last = watched.begin(model.initial, model.values)
     parts: list[tuple[np.ndarray, np.ndarray]] = []
@@ -103,7 +103,7 @@ def load_histories(case: RunUpCase, signal: MachineSignal, work: Work) -> Iterat
     for number, grid in enumerate(case.horizon.legs(), 1):
         if last.stored.ended:
             break
-        # Its ends alone are stored; in between it is looked at as densely as it asks.
+        # Its ends alone are stored; in between it is observed as densely as its motion needs.
         ends, begun = grid.samples[[0, -1]], replace(last, seen=replace(last.seen, points=last.seen.points.forgotten()))
         last = work.unit(f"leg {number}", partial(watched.leg, begun, ends, partial(_report, work, grid.end)))
         parts.append((last.seen.points.time, last.seen.points.values))
@@ -123,7 +123,7 @@ def _history(
     parts: list[tuple[np.ndarray, np.ndarray]],
     last: Leg[SignalObservation],
 ) -> LoadHistory:
-    """The parts before the last leg, and that with the motion that has not been looked at yet."""
+    """Join the parts before the last leg, and that leg with the motion still to be observed."""
     latest, stored = watched.observation(last), last.stored
     time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.closed())]) for k in (0, 1))
     verdict = verdict_at_end(case.machine, latest.observation, stored)
@@ -131,10 +131,10 @@ def _history(
 
 
 def machine_signal(machine: Machine, name: str, direction: str | None, where: str = "study") -> MachineSignal:
-    """A signal of the carrier's motion.
+    """Return a signal of the carrier's motion.
 
     name: ``"displacement"``, ``"spring-force"``, ``"bearing-force"`` (of the bodies on it) or ``"acceleration"``. direction: by
-    default the first that the machine has. where: the table in which a study file asks for it. Raises ``InputError`` for a
+    default the first that the machine has. location: the table of the study file that requests it. Raises ``InputError`` for a
     machine without a carrier, or without that direction.
     """
     units, system = machine.units, machine.system

@@ -1,4 +1,4 @@
-"""Integration of a machine that is watched: as densely as its motion asks, whatever of it is stored."""
+"""Integration of a machine with an observer: sampled as densely as the motion needs, however little of it is stored."""
 
 from __future__ import annotations
 
@@ -15,43 +15,43 @@ from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 
-_PER_TURN, _FEWEST_SHARE = 24, 0.5  # samples that are looked at, and what of them is enough
+_PER_TURN, _FEWEST_SHARE = 24, 0.5  # observed samples, and the share of them that is enough
 _MOST_AT_ONCE = 32_768  # of these
-_FEWEST_AT_ONCE = 16_384  # before they are looked at: a look costs as much as some thousand samples
-_SLOWER = 0.25  # of a turn a span: a body that swings or creeps is looked at as often as one that turns so slowly
-_FASTER = 20.0  # times the speed: vibrations faster than that are not followed, turns average over them
+_FEWEST_AT_ONCE = 16_384  # before they are observed: an update costs as much as some thousand samples
+_SLOWER = 0.25  # of a turn a span: a body that swings or creeps is observed as often as one that turns so slowly
+_FASTER = 20.0  # times the speed: vibrations faster than that are not resolved, turns average over them
 _ROUNDING = 1e-9  # of a step
 Seen = TypeVar("Seen")
 
 
 class Watcher(Protocol[Seen]):
-    """What watches a machine, and what it has seen of its motion so far.
+    """An observer of a machine, whose observation of the motion so far is a value that it returns anew.
 
     span: of time, in which the fastest motion is sampled several times.
     """
 
     @property
     def machine(self) -> Machine:
-        """What is watched."""
+        """The observed machine."""
         ...
 
     @property
     def span(self) -> float:
-        """See above."""
+        """The sampled span of time: see the class."""
         ...
 
     def begin(self) -> Seen:
-        """Before anything has been seen."""
+        """Return the empty observation."""
         ...
 
     def looked(self, seen: Seen, motion: Trajectory) -> Seen:
-        """After a part of the machine's motion, which may begin with the last sample of the part before."""
+        """Return the observation after a further part of the motion, which may begin with the last sample of the one before."""
         ...
 
 
 @dataclass(frozen=True)
 class Leg(Generic[Seen]):
-    """A part of a motion: what is stored of it, what was seen until shortly before its end, the machine's motion since then."""
+    """A part of a motion: its stored samples, the observation until shortly before its end, the machine's motion since."""
 
     stored: Trajectory
     seen: Seen
@@ -60,8 +60,11 @@ class Leg(Generic[Seen]):
 
 @dataclass(frozen=True)
 class Watched(Generic[Seen]):
-    """watch: of the machine. compiled: its equations, or others whose trajectory ``seen`` turns into the machine's. vibration:
-    the highest frequency of it. energy: the size of the works. per_turn: samples that are looked at."""
+    """Integration of a machine with an observer.
+
+    observer: of the machine. compiled_system: its equations, or others whose trajectory ``machine_motion`` turns into the
+    machine's. vibration: the highest frequency of it. energy: the size of the works. per_turn: observed samples.
+    """
 
     watch: Watcher[Seen]
     compiled: CompiledSystem
@@ -72,20 +75,20 @@ class Watched(Generic[Seen]):
 
     @property
     def machine(self) -> Machine:
-        """What is watched."""
+        """The observed machine."""
         return self.watch.machine
 
     def begin(self, initial: np.ndarray, values: tuple[float, ...]) -> Leg[Seen]:
-        """The first sample."""
+        """Return the leg that has the first sample alone."""
         start = integrate(self.compiled, initial, values, np.zeros(1))
         return Leg(start, self.watch.begin(), (self.seen(start),))
 
     def observation(self, leg: Leg[Seen]) -> Seen:
-        """What was seen of a motion until the end of a part of it."""
+        """Return the observation of a motion until the end of a leg."""
         return self._looked(leg.seen, leg.waiting)
 
     def rate(self, leg: Leg[Seen]) -> float:
-        """The highest frequency (rad per time) in a motion where a part of it ends: of a body that turns, or of vibrations."""
+        """The highest frequency (rad per time) in a motion at the end of a leg: of a body that turns, or of vibrations."""
         return self._highest(fastest_of(self.machine, self.seen(leg.stored.tail(1))))
 
     def leg(
@@ -95,10 +98,10 @@ class Watched(Generic[Seen]):
         report: Callable[[float], None] | None = None,
         closest: float | None = None,
     ) -> Leg[Seen]:
-        """The part over a grid, of which samples are stored, that begins at the last sample of the part before.
+        """Integrate the leg over a grid, the samples that are stored, from the last sample of the leg before on.
 
-        report: called with the time reached. closest: where the motion turns out much faster than the grid is made for, more
-        samples are stored, at such spans of time at least; None: those of the grid. Raises ``KeyboardInterrupt`` where the
+        report: called with the time reached. closest: if the motion is much faster than the grid is made for, more
+        samples are stored, at least this span of time apart; None: those of the grid. Raises ``KeyboardInterrupt`` where the
         user has stopped it.
         """
         last, seen, waiting, stored = before.stored, before.seen, before.waiting, list[Trajectory]()
@@ -125,15 +128,15 @@ class Watched(Generic[Seen]):
         return max(fastest, self.vibration, _SLOWER * 2 * math.pi / self.watch.span)
 
     def _looked(self, seen: Seen, motion: tuple[Trajectory, ...]) -> Seen:
-        """What was seen after some parts of the machine's motion."""
+        """Return the observation after some further parts of the machine's motion."""
         return self.watch.looked(seen, Trajectory.of(motion))
 
     def _piece(
         self, before: Trajectory, grid: np.ndarray, report: Callable[[float], None] | None
     ) -> tuple[Trajectory, Trajectory, int]:
-        """As much of it as is held at once, the same as the machine's motion, and how many times more densely it is sampled.
+        """Integrate as much as is held at once; also return it as the machine's motion, and by how much its grid is refined.
 
-        More densely than the grid: as the speeds in it ask.
+        The refinement is what the speeds in it need.
         """
         step, fine = float(np.diff(grid).max()), 0
         fastest = fastest_of(self.machine, self.seen(before.tail(1)))
@@ -151,7 +154,7 @@ class Watched(Generic[Seen]):
 
 
 def _refined(grid: np.ndarray, times: int) -> np.ndarray:
-    """A grid (N,) with so many intervals in place of each."""
+    """Return a grid (N,) with so many intervals in place of each."""
     if times == 1:
         return grid
     between = grid[:-1, None] + np.diff(grid)[:, None] * np.arange(times) / times

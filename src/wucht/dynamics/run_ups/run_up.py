@@ -41,7 +41,7 @@ class RunUpCase:
 
     @classmethod
     def of(cls, machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
-        """The run of a machine from a start, as a study file states it. Raises ``InputError`` where they do not fit."""
+        """Return the run of a machine from a start, as a study file states it. Raises ``InputError`` if they do not fit."""
         machine, initial = placed_at_start(machine, start, settings.until or 0.0, settings.speed_limit)
         models = () if settings.model == "slow" else (FullModel(machine, initial),)
         if settings.model != "full":
@@ -58,7 +58,7 @@ class RunUpCase:
 class Motion:
     """The motion of one model.
 
-    trajectory: what is stored, of the model's own System; ``seen`` is the machine's. last: the last leg.
+    trajectory: the stored samples, of the model's System; ``machine_motion`` is the machine's. last: the last leg.
     """
 
     case: RunUpCase
@@ -74,7 +74,7 @@ class Motion:
 
     @property
     def rows(self) -> Rows:
-        """The states and outputs (N,) of the machine's motion, by name: not kept, as they are more than what is stored."""
+        """The states and outputs (N,) of the machine's motion, by name: computed anew, larger than what is stored."""
         return self.model.rows(self.trajectory, self.seen)
 
     @property
@@ -94,13 +94,13 @@ class Motion:
 
 
 def verdict_at_end(machine: Machine, observation: Observation, motion: Trajectory) -> Verdict:
-    """The outcome of a motion that was observed until its end."""
+    """Judge a motion that was observed until its end."""
     free = free_speed(machine.at(motion.end_time), machine.rotor, motion.end_time)
     return judge(machine, observation, free, motion.failure, motion.stopped_by == SPEED_LIMIT)
 
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
-    """The motions of one run, after each leg; a second model goes as far as the first did."""
+    """Yield the motions of one run, after each leg; a second model goes as far as the first did."""
     first, *others = case.models
     share = _FULL_SHARE if others else 1.0
     for motion in _motions(case, first, case.horizon.events, None, work.part(first.name, 0.0, share)):
@@ -141,8 +141,8 @@ def run_to_end(machine: Machine, start: Mapping[str, Any], settings: RunSettings
 def _motions(
     case: RunUpCase, model: FullModel, events: tuple[Event, ...], at: np.ndarray | None, work: Work
 ) -> Iterator[Motion]:
-    """A model's motion after each leg, as far as the legs, an event, or the verdict let it go. at: samples (N,) to store; None:
-    as the motion asks."""
+    """Yield a model's motion after each leg, until the legs, an event, or the verdict end it. sample_times: samples (N,) to
+    store; None: as the motion needs."""
     compiled = compile_system(model.system, case.settings.tolerance, model.events(events), case.settings.engine)
 
     watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
@@ -165,7 +165,7 @@ def _motions(
 
 
 def _given(time: np.ndarray) -> Iterator[Grid]:
-    """Legs over given samples (N,)."""
+    """Yield legs over given samples (N,)."""
     for i in range(0, len(time) - 1, _SAMPLES_A_LEG):
         yield Grid(time[i : i + _SAMPLES_A_LEG + 1], 0.0, time[-1], False)
 
@@ -177,7 +177,7 @@ def _report(work: Work, end: float, time: float) -> None:
 def placed_at_start(
     machine: Machine, start: Mapping[str, Any], end: float = 0.0, speed_limit: float | None = None
 ) -> tuple[Machine, np.ndarray]:
-    """The machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
+    """Return the machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
 
     end: of the run. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
     """
@@ -195,7 +195,7 @@ def placed_at_start(
 
 
 def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
-    """Whether no body turns, and none begins to."""
+    """True if no body turns, and none begins to."""
     free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
     if initial[free].any() or any(net_torque(machine, r)(0.0) for r in machine.rotors if r.coordinate.prescribed is None):
         return False

@@ -1,4 +1,4 @@
-"""What a run-up integrates: the full equations, or the averaged ones with the full motion rebuilt from them."""
+"""Equations of a run-up: the full ones, or the averaged ones with the full motion rebuilt from them."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _ANGLE = sp.Symbol(ROTOR_ANGLE, real=True)
 
 @dataclass(frozen=True)
 class FullModel:
-    """The full equations, and how their trajectory is seen as one of the machine.
+    """The full equations, and the map from their trajectory to the machine's motion.
 
-    initial: the state (k,) of their System to start from. warnings: what of the start they leave out. remedies: what to try
-    where the run failed.
+    initial: the state (k,) of their System to start from. warnings: what of the start they omit. remedies: what to try
+    if the run fails.
     """
 
     machine: Machine
@@ -40,7 +40,7 @@ class FullModel:
 
     @property
     def system(self) -> System:
-        """What is integrated."""
+        """The integrated System."""
         return self.machine.system
 
     @property
@@ -49,15 +49,15 @@ class FullModel:
         return self.system.values(self.machine.values)
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
-        """Events of the machine in these equations."""
+        """Express events of the machine in these equations."""
         return events
 
     def seen(self, trajectory: Trajectory) -> Trajectory:
-        """The motion of the machine."""
+        """Return the motion of the machine."""
         return trajectory
 
     def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
-        """The states and outputs (N,) of the machine's System, by name."""
+        """Return the states and outputs (N,) of the machine's System, by name."""
         states = dict(zip(self.machine.state_names, seen.states, strict=True))
         return states | Evaluator.of_outputs(self.machine.system)(seen.time, seen.states, seen.parameters)
 
@@ -80,13 +80,13 @@ class SlowModel(FullModel):
         )
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
-        """Those of the main rotor's angle and speed, in its own sense."""
+        """Express events of the main rotor's angle and speed in its sense of rotation."""
         return tuple(replace(e, expression=e.expression.xreplace(self._rotor_in_its_sense)) for e in events)
 
     def seen(self, trajectory: Trajectory) -> Trajectory:
-        """The motion of the machine with its fast parts; works are those of the averaged motion.
+        """Return the motion of the machine with its fast parts; works are those of the averaged motion.
 
-        It does not know what dampers that are not reciprocal create: that work is not a number.
+        The work that dampers create which are not reciprocal is not known: it is not a number.
         """
         time, works, machine = trajectory.time, dict(trajectory.quadratures), self.machine
         works[LOST] = works[LOST] + works.pop(SHAKEN)
@@ -99,7 +99,7 @@ class SlowModel(FullModel):
         )
 
     def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
-        """The states and outputs (N,) of the machine's System; motor and energy are those of the averaged motion."""
+        """Return the states and outputs (N,) of the machine's System; motor and energy are those of the averaged motion."""
         s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, seen)
         expressions = [*(s.output(n).expression for n in ("motor_torque", "stored_energy")), self._transmission_loss]
         own = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
@@ -120,15 +120,15 @@ class SlowModel(FullModel):
 
     @property
     def _rotor_in_its_sense(self) -> dict[sp.Symbol, sp.Expr]:
-        """Angle and speed of the main rotor by the states of the averaged equations, which count in its own sense."""
+        """Angle and speed of the main rotor by the states of the averaged equations, positive in its sense of rotation."""
         main, c = self.slow.senses[self.machine.rotor.name], self.machine.rotor.coordinate
         return {c.position: main * _ANGLE, c.velocity: main * c.velocity}
 
 
 def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order: int) -> SlowModel:
-    """The averaged model; inertia None: without that of the balancing bodies where all of them are damped.
+    """Return the averaged model; inertia None: without that of the balancing bodies where all of them are damped.
 
-    Rotors without a drive of their own turn as they do at the start. Raises ``InputError`` for a machine that has no such
+    Rotors without a drive turn as they do at the start. Raises ``InputError`` for a machine that has no such
     equations.
     """
     locked = next((b.name for b in machine.bodies if b.release is not None), None)

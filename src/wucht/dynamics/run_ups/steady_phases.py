@@ -1,4 +1,4 @@
-"""A machine at a steady speed, its bodies in steady phases, held, or where a coast-down starts with them."""
+"""A machine at a steady speed: its bodies in steady phases, held, or at the start of a coast-down."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ HELD = "study.bodies = 'held' holds them at the phases of study.start"
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a branch in which the configuration has one name: where it is (N,), and where it is stable (N,).
+    """A part of a branch in which the configuration has one name: masks of where it exists (N,), and is stable (N,).
 
-    overlapping: bodies of a track would be in each other's place.
+    overlapping: bodies of a track would overlap.
     """
 
     branch: int
@@ -36,11 +36,11 @@ class Piece:
 
 @dataclass(frozen=True)
 class SteadyPhases:
-    """Where bodies are while all turn at one speed.
+    """Positions of the bodies while all turn at one speed.
 
-    machine: with its schedules done. angles: absolute, of its bodies (n,), in rad; forced: the vibration with the bodies there.
+    machine: after its schedules. angles: absolute, of its bodies (n,), in rad; forced_vibration: with the bodies there.
     torques, branches: of balancing bodies in the steady phases that belong to each speed; None and empty where they are held,
-    or there are none. why_held: why they are, where nobody asked for it.
+    or there are none. held_reason: why they are held by default.
     """
 
     machine: Machine
@@ -52,7 +52,7 @@ class SteadyPhases:
 
     @classmethod
     def of(cls, machine: Machine, start: Mapping[str, Any], bodies: Literal["steady", "held"] | None) -> SteadyPhases:
-        """The bodies as they are asked for, by default in steady phases where these are known; without any at the start.
+        """Return the bodies as requested, by default in steady phases where these are known; else as at the start.
 
         start: as in ``initial_state``; speeds and the carrier's start do not matter. Raises ``InputError`` where it does not
         fit the machine, where bodies of a track overlap, where steady phases are not known, and where the carrier is not
@@ -77,17 +77,17 @@ class SteadyPhases:
 
     @property
     def curves(self) -> list[Forced]:
-        """The vibration of each branch; of bodies that are held the only one."""
+        """The vibration of each branch; a single one for bodies that are held."""
         return [replace(self.forced, placed=branch.placed) for branch in self.branches] or [self.forced]
 
     def grid(self, speeds: np.ndarray) -> np.ndarray:
-        """A grid of speeds (N,), signed, with those at which branches end."""
+        """Return a grid of speeds (N,), signed, with those at which branches end."""
         ends = [sense_of(self.machine, self.machine.rotor) * b.ends(np.unique(np.abs(speeds))) for b in self.branches]
         inside = np.concatenate([speeds, *ends])
         return np.unique(inside[(inside >= speeds.min()) & (inside <= speeds.max())])
 
     def pieces(self, speeds: np.ndarray) -> list[Piece]:
-        """The configurations over speeds (N,), which are positive in the main rotor's own sense; none of held bodies."""
+        """Return the configurations over speeds (N,), positive in the main rotor's sense of rotation; none of held bodies."""
         pieces: list[Piece] = []
         for k, branch in enumerate(self.branches):
             labels, stable = branch.labels(speeds), branch.stable(speeds)
@@ -98,7 +98,7 @@ class SteadyPhases:
 
     @property
     def assumed(self) -> list[str]:
-        """Where the balancing bodies are, as a statement; none where there are none."""
+        """The positions of the balancing bodies, as statements; empty without balancing bodies."""
         if self.branches:
             return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
         angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
@@ -107,10 +107,10 @@ class SteadyPhases:
 
     @property
     def warnings(self) -> list[str]:
-        """What the steady vibration of a linear carrier leaves out, in sentences."""
-        prescribed = "the prescribed motion of the carrier is left out: only what the unbalance causes is computed"
-        sliders = "sliders are taken where their springs are free of force: their unbalance does not grow with the speed"
-        switchable = "switchable pendulums are taken closed, at any speed: study.kind = 'activation' shows them open"
+        """Sentences on what the steady vibration of a linear carrier omits."""
+        prescribed = "the prescribed motion of the carrier is left out: only the vibration by the unbalance is computed"
+        sliders = "sliders are held where their springs are free of force: their unbalance does not grow with the speed"
+        switchable = "switchable pendulums are treated as closed, at any speed: study.kind = 'activation' shows them open"
         held = f"balancing bodies are held, as their steady phases are not computed: {self.why_held}"
         inside = [x.name == x.about for x in self.machine.sliders]
         left_out = {prescribed: self.machine.shaken is not None, sliders: not all(inside), switchable: any(inside)}
@@ -127,9 +127,9 @@ _PAIR = ("psi", "delta")
 class BodyPhases:
     """The phases of balancing bodies at the start.
 
-    to_rotor: the angle to the rotor that each is given, in its own sense; empty where they are where ``study.start`` and the
-    machine say. label: what the steady configuration is called; others: what the other stable ones are. why_held: why they are
-    not in steady phases, where nobody asked for that.
+    to_rotor: the angle of each to the rotor, in the rotor's sense; empty where ``study.start`` and the machine state it.
+    label: the name of the steady configuration; other_labels: those of the other stable ones. held_reason: why they are
+    not in steady phases by default.
     """
 
     to_rotor: Mapping[str, float]
@@ -141,9 +141,9 @@ class BodyPhases:
     def of(
         cls, machine: Machine, start: Mapping[str, Any], speed: float, bodies: Literal["steady", "held"] | None
     ) -> BodyPhases:
-        """The phases of a machine without its drives at the speed of its main rotor, signed.
+        """Return the phases of a machine without its drives at the speed of its main rotor, signed.
 
-        Raises ``InputError`` where steady phases are asked for that are not known, or where ``start`` has the bodies elsewhere.
+        Raises ``InputError`` if steady phases are requested that are not known, or if ``start`` has the bodies elsewhere.
         """
         balancing = [b for b in machine.bodies if b.about is not None]
         given = [name for name in (*(b.name for b in balancing), *_PAIR) if name in start]
@@ -153,7 +153,7 @@ class BodyPhases:
             raise InputError(
                 "study.bodies",
                 bodies,
-                f"not allowed: study.start.{given[0]} says where the bodies are; {HELD}",
+                f"not allowed: study.start.{given[0]} places the bodies; {HELD}",
                 code="not-allowed",
             )
         try:
@@ -167,7 +167,7 @@ class BodyPhases:
 
     @classmethod
     def _steady(cls, machine: Machine, speed: float) -> BodyPhases:
-        """The stable ones, those that compensate before those in line. Raises ``InputError`` where there are none."""
+        """Return the stable phases, compensating ones before those in line. Raises ``InputError`` if there are none."""
         locked = next((b.name for b in machine.bodies if b.about is not None and b.release is not None), None)
         if locked is not None:
             raise InputError("machine.bodies", None, f"{locked} is locked to its rotor until it is released")
@@ -184,7 +184,7 @@ class BodyPhases:
         return cls({name: senses[name] * angle for name, angle in own.items()}, *_labels(stable, speeds))
 
     def assumed(self, phases: Mapping[str, float]) -> list[str]:
-        """Where the balancing bodies start, as a statement; none where there are none. phases: to their rotor, in rad."""
+        """Return the start of the balancing bodies as statements; none without phases. phases: to their rotor, in rad."""
         if not phases:
             return []
         if not self.to_rotor:

@@ -1,4 +1,4 @@
-"""What differs from run to run: start states and parameters, told by their names."""
+"""Quantities that differ from run to run: start states and parameters, by their names."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
 from wucht.schema import Unit, in_words
 
-_BARE = {"speed": "angle", "velocity": "displacement"}  # what a bare value in a start is, by the other key of its table
+_BARE = {"speed": "angle", "velocity": "displacement"}  # the meaning of a bare value in a start, by the other key of its table
 
 
 @dataclass(frozen=True)
 class StartState:
-    """keys: where it stands in a start, each in the table of that before. period: of an angle, after which all is as before.
+    """A state that a start may give.
 
-    limited: whether a machine does not allow all values of it.
+    keys: its path in a start, each in the table of that before. period: of an angle, after which the motion is the same.
+
+    is_limited: True if a machine does not allow all values of it.
     """
 
     keys: tuple[str, ...]
@@ -31,7 +33,7 @@ class StartState:
 
 @dataclass(frozen=True)
 class Varied:
-    """What differs from run to run. state: the start state it is, None for a parameter. what: in words. unit: SI."""
+    """A quantity that differs from run to run. state: the start state it is, None for a parameter. unit: SI."""
 
     name: str
     state: StartState | None
@@ -40,12 +42,12 @@ class Varied:
 
     @property
     def quantity(self) -> Unit:
-        """How its values are read."""
+        """The unit in which its values are read."""
         return Unit(self.unit, self.what) if self.state is None else self.state.unit
 
 
 def start_states(machine: Machine) -> dict[str, StartState]:
-    """The start states of a machine by name, as ``studies.initial_state`` has them, but for those that a drive prescribes.
+    """Return the start states of a machine by name, as ``initial_state`` reads them, but for those that a drive prescribes.
 
     An angle has the period of a turn. psi and delta set two angles psi +- delta/2: these are as before after a turn of psi, but
     only after two of delta, as after one each body has gone half a turn.
@@ -86,7 +88,7 @@ def start_states(machine: Machine) -> dict[str, StartState]:
 
 
 def varied_of(machine: Machine, name: str, key: str) -> Varied:
-    """What a name means on a machine. Raises ``InputError`` at ``study.<key>``."""
+    """Return the quantity that a name denotes on a machine. Raises ``InputError`` at ``study.<key>``."""
     states, where = start_states(machine), f"study.{key}"
     if name in states and name in machine.parameters:
         raise InputError(where, name, "not clear: this is the name of a start state and of a parameter", code="two-meanings")
@@ -104,8 +106,8 @@ def varied_of(machine: Machine, name: str, key: str) -> Varied:
 
 
 def check_together(varied: Sequence[Varied], start: Mapping[str, Any], key: str, other: str) -> None:
-    """Raises ``InputError`` at ``study.<key>.<name>`` where a start state is given twice: by two of them, or by one and by the
-    start (which fits alone). other: what the two are called in the sentence."""
+    """Raise ``InputError`` at ``study.<key>.<name>`` if a start state is given twice: by two quantities, or by one and by the
+    start (which fits alone). source_name: the source of a quantity in the sentence."""
     seen = dict.fromkeys(_stated(start), "study.start")
     for name, state in ((v.name, v.state) for v in varied if v.state is not None):
         if state.keys in seen:
@@ -115,7 +117,7 @@ def check_together(varied: Sequence[Varied], start: Mapping[str, Any], key: str,
 
 
 def _stated(start: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    """The keys of all that is given in a start; a bare value is the angle of a body or the displacement of a slider."""
+    """Return the keys of all entries of a start; a bare value is the angle of a body or the displacement of a slider."""
     stated: list[tuple[str, ...]] = []
     for name, given in start.items():
         inner = [*_stated(given)] if isinstance(given, Mapping) else [(key,) for key in _BARE.values()]
@@ -124,7 +126,7 @@ def _stated(start: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 
 def with_states(start: Mapping[str, Any], states: Sequence[tuple[StartState, float]]) -> dict[str, Any]:
-    """The start with the values of some states besides."""
+    """Return the start with the values of some states besides."""
     made = dict(start)
     for state, value in states:
         made = _with(made, state.keys, value)

@@ -1,6 +1,6 @@
-"""Motions on which members of an ensemble end without coming to rest: each is judged once, then known again by where it runs.
+"""Motions on which members of an ensemble end without coming to rest: each is judged once, then recognised by its orbit.
 
-A member whose motion comes to stay near one of them has its outcome. G. Datseris, A. Wagemakers, "Effortless estimation of
+A member whose motion stays near one of them at last has its outcome. G. Datseris, A. Wagemakers, "Effortless estimation of
 basins of attraction", Chaos 32 (2022) 023104.
 """
 
@@ -34,17 +34,17 @@ _POINTS = 16_384  # on a motion
 _CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
 _REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
 _LEAST = 1e-3  # reach
-_PLACES, _FIRST_PLACES = 20, 4  # of a member, at which it must be near; those that are looked at first
+_PLACES, _FIRST_PLACES = 20, 4  # of a member, at which it must be near; those that are checked first
 _HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
 _OUTSIDE = 0.1  # of that range: by so much its speed may leave it
 _SURVEYED = 16  # starts
 _MOST_KNOWN = 64  # questions
-_KNOWN: dict[Any, tuple[Attractor, ...]] = {}  # by what of a question they follow from: machines are not hashable
+_KNOWN: dict[Any, tuple[Attractor, ...]] = {}  # by what determines them in a question: machines are not hashable
 
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """A motion that goes on.
+    """A motion that continues without coming to rest.
 
     outcome: its place in ``OUTCOMES``. points: on it (P, d), in shares of sizes (d,). reach: how near to them others must stay.
     sense: +1 or -1, in which the main rotor turns. low, high: of its speed in that sense. period: of its modulation, 0 without
@@ -64,8 +64,8 @@ class Attractor:
     def held(
         self, equations: Equations, samples: np.ndarray, speeds: np.ndarray, duration: float, among: np.ndarray
     ) -> np.ndarray:
-        """Which of some members (m,), by their numbers, stay near it and move along it: by samples (K, k, M) over a duration,
-        and the least and the largest speed (2, M) in it. What merely rests near one of its points does not.
+        """Return those of some members (m,), by their numbers, that stay near it and move along it: by samples (K, k, M) over
+        a duration, and the least and the largest speed (2, M) in it. A member that merely rests near a point of it does not.
         """
         low, high = np.sort(self.sense * speeds[:, among], axis=0)
         full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
@@ -80,11 +80,11 @@ class Attractor:
 
     @property
     def places(self) -> np.ndarray:
-        """Its points, as places (P, 1, d) of one member."""
+        """Its points, as embedded states (P, 1, d) of one member."""
         return np.asarray((self.points * self.sizes)[:, None])
 
     def near(self, at: np.ndarray) -> np.ndarray:
-        """Which members (M,) are near it at all of their places (K, M, d)."""
+        """Mask (M,) of the members that are near it in all of their embedded states (K, M, d)."""
         away, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
         return np.asarray(np.isfinite(away).all(axis=0))
 
@@ -96,7 +96,7 @@ class Attractor:
 
 
 def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
-    """Those on which run-ups from a few phases of the bodies end, found once for a question; none where parameters vary."""
+    """Return those on which run-ups from a few phases of the bodies end, once per question; none if parameters vary."""
     if question.varied:
         return ()
     machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)
@@ -120,7 +120,7 @@ def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -
 
 
 def _reached(question: EnsembleQuestion, equations: Equations, state: np.ndarray, seen: Observation) -> Attractor | None:
-    """The attractor on which a member is that ended in a state and was seen so; None where it is at rest, or on none."""
+    """Return the attractor of a member from its final state and observation; None if it is at rest, or on none."""
     machine = question.machine
     verdict = judge(machine, seen, free_speed(machine, machine.rotor))
     goes_on = verdict.evidence.modulated or verdict.evidence.asynchronous
@@ -140,8 +140,8 @@ def _reached(question: EnsembleQuestion, equations: Equations, state: np.ndarray
 
 
 def _starts(machine: Machine) -> np.ndarray:
-    """States (n, M) with the bodies about the main rotor at phases spread evenly: L. Kronecker's sequence with the powers of
-    the largest root of x^(b+1) = x + 1, b being how many they are."""
+    """Return states (n, M) with the bodies about the main rotor at evenly spread phases: L. Kronecker's sequence with the
+    powers of the largest root of x^(b+1) = x + 1, b being their number."""
     state, about = initial_state(machine, {}), [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
     if not about:
         return state[:, None]
@@ -154,7 +154,7 @@ def _starts(machine: Machine) -> np.ndarray:
 
 
 def _motion(compiled: CompiledEnsemble, state: np.ndarray, parameters: np.ndarray, duration: float) -> np.ndarray | None:
-    """Samples (K, k, 1) from a state (k,) on; None where it cannot be continued."""
+    """Return samples (K, k, 1) from a state (k,) on; None if it cannot be continued."""
     with compiled.lanes() as lanes:
         numbers, _ = lanes.numbers(parameters[None])
         advanced = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
@@ -162,8 +162,8 @@ def _motion(compiled: CompiledEnsemble, state: np.ndarray, parameters: np.ndarra
 
 
 def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, float, float, float]) -> Attractor | None:
-    """Of points (P, d) and numbers as in ``Attractor``; None where its halves do not come near each other: where it has not got
-    onto a motion that repeats, or has left it again."""
+    """Return the attractor of points (P, d) and numbers as in ``Attractor``; None if the halves of the points are far apart:
+    the motion is not yet one that repeats, or has left it again."""
     from scipy.spatial import KDTree
 
     sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)

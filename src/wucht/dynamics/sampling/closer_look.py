@@ -1,4 +1,4 @@
-"""A closer look at members that do not simply come to rest: each is watched turn by turn and judged as a run-up is."""
+"""Full classification of members that do not simply come to rest: each is observed turn by turn and judged as a run-up is."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from wucht.numerics.ensembles.members import Ends, Members, Pace, Status
 from wucht.numerics.flow.trajectory import Trajectory
 
 _PER_TURN, _TURNS = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
-_FASTER, _MOST = 1.5, 10  # times as fast as expected: sampled densely enough; doublings
+_FASTER, _MOST = 1.5, 10  # times as fast as expected: still sampled densely enough; doublings
 _TILE = 32  # members: their samples are held at once
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 _SETTLED = 1e-3  # see ``Verdict.settled_within``
@@ -34,7 +34,7 @@ _OVER = (Outcome.STOPPED, Outcome.OSCILLATING)
 def looked_at(
     question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
 ) -> MemberOutcomes:
-    """What becomes of members that start in states (n, M) of the machine's System. horizon: of a run-up of the machine."""
+    """Classify members that start in states (n, M) of the machine's System. horizon: of a run-up of the machine."""
     doublings, parts, order, done = _doublings(starts, variants, horizon), list[MemberOutcomes](), list[np.ndarray](), 0
     for k in np.unique(doublings).tolist():
         mine = np.flatnonzero(doublings == k)
@@ -49,7 +49,7 @@ def looked_at(
 
 
 def _outcomes(ends: Ends[Watching]) -> MemberOutcomes:
-    """What became of some members."""
+    """Return the outcomes of some members."""
     record = ends.record
     outcome = np.where(ends.status == Status.FAILED, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
     largest = np.array([s.largest for s in record.seen])
@@ -57,15 +57,15 @@ def _outcomes(ends: Ends[Watching]) -> MemberOutcomes:
 
 
 def _doublings(starts: np.ndarray, variants: Variants, horizon: Horizon) -> np.ndarray:
-    """How often the density of sampling is to be doubled for each member (M,): it may turn faster than the machine asked
-    about, by its start or its parameters."""
+    """The number of doublings of the sampling density for each member (M,): it may turn faster than the machine of the
+    question, by its start or its parameters."""
     driven = [max((abs(free_speed(m, r) or 0.0) for r in m.rotors), default=0.0) for m in variants.machines]
     fastest = np.maximum(np.array(driven)[variants.of], fastest_in_each(variants.machines[0], starts))
     return np.asarray(np.ceil(np.log2((fastest / _sampled(horizon)).clip(1.0, 2.0**_MOST))).astype(int))
 
 
 def begins_fast(starts: np.ndarray, machine: Machine, horizon: Horizon) -> np.ndarray:
-    """Which members (M,) begin so much faster than is expected that only a closer look samples their motion densely enough."""
+    """Mask (M,) of the members that start so fast that only the full classification samples their motion densely enough."""
     return fastest_in_each(machine, starts) > _sampled(horizon)
 
 
@@ -77,7 +77,7 @@ def _sampled(horizon: Horizon) -> float:
 def watched(
     question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
 ) -> Iterator[Ends[Watching]]:
-    """The same, some members at a time: what was seen of each, and the states in which they ended."""
+    """Observe some members at a time: yield the observation of each, and the states in which they ended."""
     models = tuple(_model(question, m, starts[:, np.flatnonzero(variants.of == i)[0]]) for i, m in enumerate(variants.machines))
     system, turn = models[0].system, horizon.step * horizon.samples_per_turn
     begun = np.stack([_model(question, models[v].machine, s).initial for v, s in zip(variants.of, starts.T, strict=True)])
@@ -100,7 +100,7 @@ def _model(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> F
 
 @dataclass(frozen=True)
 class Watching:
-    """Of M members: their number, what was seen of each, the outcome so far, and the settling time, nan before it is known."""
+    """The record of M members: their numbers, observations, outcomes so far, and settling times, nan before they are known."""
 
     number: np.ndarray
     seen: np.ndarray
@@ -110,8 +110,8 @@ class Watching:
 
 @dataclass(frozen=True)
 class CloserLook:
-    """The observer. models: of the machines that differ; of: which of them each member is. span, noise: see ``Watch``. final:
-    whether the end of the pace is where all are judged; else each is judged at twice the time of the last look."""
+    """The observer. models: of the machines that differ; model_index: that of each member. span, noise: see
+    ``MotionObserver``. final: all are judged at the end of the pace; else each whenever its time has doubled."""
 
     models: tuple[FullModel, ...]
     of: np.ndarray
@@ -120,18 +120,18 @@ class CloserLook:
     pace: Pace
     final: bool
 
-    @np.errstate(all="ignore")  # see ``FirstLook.begin``
+    @np.errstate(all="ignore")  # see ``ScreeningObserver.begin``
     def begin(self, members: Members) -> Watching:
-        """See ``Observer``."""
+        """Return the first record: see ``Observer``."""
         assert isinstance(members, Numbered)
         count = len(members)
         seen, nothing = np.empty(count, object), np.full(count, np.nan)
         record = Watching(members.numbers, seen, np.full(count, OUTCOMES.index(Outcome.UNIDENTIFIED), np.int8), nothing)
         return replace(record, seen=self._seen(record, np.zeros(1), members.starts.T[None]))
 
-    @np.errstate(all="ignore")  # see ``FirstLook.after``
+    @np.errstate(all="ignore")  # see ``ScreeningObserver.update``
     def after(self, record: Watching, times: np.ndarray, samples: np.ndarray) -> tuple[Watching, np.ndarray]:
-        """See ``Observer``."""
+        """Return the record after a chunk, and which members have ended: see ``Observer``."""
         record = replace(record, seen=self._seen(record, times, samples))
         outcome, settling, over = record.outcome.copy(), record.settling.copy(), np.zeros(len(record.number), bool)
         chunks = round(times[-1] / self.pace.chunk)
@@ -146,11 +146,11 @@ class CloserLook:
         return replace(record, outcome=outcome, settling=settling), over
 
     def kept(self, record: Watching) -> Watching:
-        """See ``Observer``: all of it."""
+        """Return all of the record: see ``Observer``."""
         return record
 
     def _seen(self, record: Watching, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """What was seen of each member (M,) after samples (K, k, M)."""
+        """Return the observation of each member (M,) after samples (K, k, M)."""
         seen, variants = np.empty(len(record.number), object), self.of[record.number]
         for variant in np.unique(variants):
             mine, model = np.flatnonzero(variants == variant), self.models[variant]
@@ -165,7 +165,7 @@ class CloserLook:
 
 
 def _motion(model: FullModel, time: np.ndarray, samples: np.ndarray) -> Trajectory:
-    """The machine's motion, of samples (K, k, M) of one member after the other."""
+    """Return the machine's motion from samples (K, k, M), one member after the other."""
     machine, states = model.machine, samples.transpose(1, 2, 0).reshape(samples.shape[1], -1)
     if isinstance(model, SlowModel):
         states = FullMotion(model.slow)(time, states[:-1], states[-1])

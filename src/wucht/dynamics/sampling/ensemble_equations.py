@@ -1,4 +1,4 @@
-"""What is integrated for the members of an ensemble, and how their states are seen: in the frame that turns with the main rotor
+"""Equations of the members of an ensemble, and views of their states: in the frame that turns with the main rotor
 where the machine allows it, else in the fixed one; or the averaged equations."""
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from wucht.system import System
 
 
 def why_one_by_one(question: EnsembleQuestion) -> str | None:
-    """Why the members cannot be integrated in batches, and are run up one by one; None where they can."""
+    """Return the reason why the members cannot be integrated in batches, and are run up one by one; None if they can."""
     machine, slow = question.machine, question.model == "slow"
     free = [r for r in machine.rotors if r.coordinate.prescribed is None]
     pieces = "; ".join(laws_in_pieces(machine))
@@ -43,14 +43,14 @@ def why_one_by_one(question: EnsembleQuestion) -> str | None:
 
 
 def turns_otherwise(question: EnsembleQuestion, variants: Variants) -> np.ndarray:
-    """Which members (M,) turn, or are driven, in another way than the machine asked about: what is integrated for that is not
-    theirs, and they are run up one by one."""
+    """Mask (M,) of the members that turn, or are driven, in another way than the machine of the question: its equations are
+    not theirs, and they are run up one by one."""
     asked = _way(question, question.machine)
     return np.asarray(np.array([_way(question, m) != asked for m in variants.machines])[variants.of])
 
 
 def _way(question: EnsembleQuestion, machine: Machine) -> tuple[object, ...]:
-    """Whether nothing but a limit ends the run-up; of the averaged equations the sense of each rotor, if it is driven."""
+    """True if only a limit ends the run-up; and for the averaged equations the sense of each rotor, if it is driven."""
     slow = question.model == "slow"
     senses = [(sense_of(machine, r), bool(free_speed(machine, r))) for r in machine.rotors if slow]
     return runaway_limit(machine) is not None, *senses
@@ -58,31 +58,31 @@ def _way(question: EnsembleQuestion, machine: Machine) -> tuple[object, ...]:
 
 @dataclass(frozen=True)
 class Variants:
-    """The machines of M members. machines: those that differ; of: which of them each member is (M,)."""
+    """The machines of M members. machines: those that differ; machine_index: that of each member (M,)."""
 
     machines: tuple[Machine, ...]
     of: np.ndarray
 
     @classmethod
     def among(cls, machine: Machine, values: Mapping[str, np.ndarray], count: int) -> Variants:
-        """Of a machine with values (M,) of some parameters. Raises ``InputError`` for one that a part does not allow."""
+        """Vary a machine by values (M,) of some parameters. Raises ``InputError`` for one that a part does not allow."""
         if not values:
             return cls((machine,), np.zeros(count, int))
         rows, of = np.unique(np.stack(list(values.values()), axis=1), axis=0, return_inverse=True)
         return cls(tuple(machine.with_values(dict(zip(values, row.tolist(), strict=True))) for row in rows), of.reshape(-1))
 
     def taken(self, members: np.ndarray) -> Variants:
-        """Of some of the members, by their numbers."""
+        """Select some of the members, by their numbers."""
         return Variants(self.machines, self.of[members])
 
     @property
     def compact(self) -> Variants:
-        """Without machines that are none of the members'."""
+        """The same without machines that no member has."""
         used, of = np.unique(self.of, return_inverse=True)
         return Variants(tuple(self.machines[i] for i in used), of.reshape(-1))
 
     def groups(self) -> Iterator[tuple[Machine, np.ndarray | slice]]:
-        """Each machine with its members."""
+        """Yield each machine with its members."""
         if len(self.machines) == 1:
             yield self.machines[0], slice(None)
             return
@@ -93,12 +93,12 @@ class Variants:
 
 @dataclass(frozen=True)
 class Numbered(Members):
-    """Members that know their numbers (M,)."""
+    """Members with their numbers (M,) in the ensemble."""
 
     numbers: np.ndarray
 
     def part(self, first: int, last: int) -> Numbered:
-        """Those from ``first`` on, before ``last``."""
+        """Return the members from ``first`` on, before ``last``."""
         here = slice(first, last)
         return Numbered(self.starts[here], self.parameters[here], self.numbers[here])
 
@@ -112,7 +112,7 @@ class FullEquations:
 
     @classmethod
     def of(cls, machine: Machine, varied: Iterable[str] = ()) -> FullEquations:
-        """In the frame that the machine allows, whatever values some parameters take."""
+        """Choose the frame that the machine allows, whatever values the varied parameters take."""
         try:
             turning = RelativeEquilibria.of(machine)
         except InputError:
@@ -122,20 +122,20 @@ class FullEquations:
 
     @property
     def system(self) -> System:
-        """What is integrated."""
+        """The integrated System."""
         return self.machine.system if self.turning is None else self.turning.system
 
     @property
     def isotropic(self) -> bool:
-        """Whether the machine does not feel being turned: its vibration torque then has one shape, whatever the phases."""
+        """True if the machine is invariant under rotation: its vibration torque then has one shape, whatever the phases."""
         return self.turning is not None
 
     def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
-        """From states (n, M) of the machine's System those (k, M) to start from."""
+        """Convert states (n, M) of the machine's System into those (k, M) to start from."""
         return states if self.turning is None else self.turning.turned(states)
 
     def view(self, variants: Variants) -> FullView:
-        """How their states are seen."""
+        """Return the view of their states."""
         machine, rotor, count = self.machine, self.machine.rotor.coordinate, len(self.machine.state_names)
         rows: tuple[int | None, ...] = tuple(range(count))
         if self.turning is not None:
@@ -160,16 +160,16 @@ class SlowEquations:
 
     @property
     def system(self) -> System:
-        """What is integrated."""
+        """The integrated System."""
         return self.slow.system
 
     @cached_property
     def isotropic(self) -> bool:
-        """See ``FullEquations``."""
+        """True if the machine is invariant under rotation: see ``FullEquations``."""
         return FullEquations.of(self.slow.machine).isotropic
 
     def starts(self, states: np.ndarray, variants: Variants) -> np.ndarray:
-        """From states (n, M) of the machine's System those (k, M) to start from."""
+        """Convert states (n, M) of the machine's System into those (k, M) to start from."""
         begun = np.empty((len(self.system.states), states.shape[1]))
         for machine, mine in variants.groups():
             one = replace(self.slow, machine=machine)
@@ -178,7 +178,7 @@ class SlowEquations:
         return begun
 
     def view(self, variants: Variants) -> SlowView:
-        """How their states are seen."""
+        """Return the view of their states."""
         s, machine = self.system, self.slow.machine
         main = machine.rotor.name
         about = tuple(s.state_names.index(f"{b.name}.phase") for b in machine.group(machine.rotor)[1:])
@@ -192,15 +192,15 @@ Equations = FullEquations | SlowEquations
 
 
 def equations_of(question: EnsembleQuestion, state: np.ndarray) -> Equations:
-    """What is integrated for members of which one starts in a state (n,). Raises ``InputError`` for a machine without averaged
-    equations, if these are asked for."""
+    """Return the equations of members of which one starts in a state (n,). Raises ``InputError`` for a machine without
+    averaged equations, if these are requested."""
     if question.model == "full":
         return FullEquations.of(question.machine, question.varied)
     return SlowEquations(slow_model(question.machine, state, question.inertia, question.order).slow)
 
 
 def places(system: System, samples: np.ndarray) -> np.ndarray:
-    """Where samples (K, k, M) are (K, M, d): the states, and cosine and sine in place of each angle."""
+    """Embed samples (K, k, M) as (K, M, d): the states, with cosine and sine in place of each angle."""
     columns = list[np.ndarray]()
     for i, state in enumerate(system.states):
         columns += [np.cos(samples[:, i]), np.sin(samples[:, i])] if state in system.angles else [samples[:, i]]
@@ -208,7 +208,7 @@ def places(system: System, samples: np.ndarray) -> np.ndarray:
 
 
 def parameters_of(system: System, variants: Variants) -> np.ndarray:
-    """The parameters (M, p) of members, in a System's order."""
+    """Return the parameters (M, p) of members, in a System's order."""
     rows = [system.values({name: m.values[name] for name in system.parameter_names}) for m in variants.machines]
     return np.asarray(np.array(rows)[variants.of])
 

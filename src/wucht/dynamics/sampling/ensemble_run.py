@@ -1,4 +1,4 @@
-"""From starts and parameters to outcomes: members are screened in batches, and the others judged; or run up one by one."""
+"""From starts and parameters to outcomes: members are screened in batches, and the rest classified; or run up one by one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from wucht.numerics.flow.compiled import available_engine
 
 
 def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
-    """What becomes of members that start in states (n, M) of the machine's System."""
+    """Run up members one by one that start in states (n, M) of the machine's System."""
     count = starts.shape[1]
     settings = RunSettings(question.until, model=question.model, tolerance=question.tolerance)
     outcome, failures = np.zeros(count, np.int8), dict[int, str]()
@@ -59,7 +59,7 @@ _FIRST_LOOK = 0.5  # of the progress
 
 
 def way_of(question: EnsembleQuestion) -> str:
-    """How members are integrated, in words."""
+    """Return a sentence on how members are integrated."""
     why = why_one_by_one(question)
     if why is not None:
         return f"members are run up one by one, which is slower: {why}"
@@ -71,7 +71,7 @@ def way_of(question: EnsembleQuestion) -> str:
 def outcomes_of(
     question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: Report | None = None
 ) -> MemberOutcomes:
-    """What becomes of members.
+    """Return the outcomes of members.
 
     Parameters
     ----------
@@ -81,16 +81,16 @@ def outcomes_of(
     values : mapping of str to ndarray, (M,)
         Of the parameters that are varied, by path.
     report : callable, optional
-        Told the share that is done, 0 to 1; may raise ``KeyboardInterrupt``.
+        Called with the share that is done, 0 to 1; may raise ``KeyboardInterrupt``.
 
     Notes
     -----
-    What comes of a member does not depend on the others.
+    The outcome of a member does not depend on the other members.
 
     Raises
     ------
     InputError
-        For values that a part does not allow, and machines without averaged equations where these are asked for.
+        For values that a part does not allow, and machines without averaged equations where these are requested.
     """
     told = report or (lambda _share: None)
     variants = Variants.among(question.machine, values, starts.shape[1])
@@ -107,7 +107,7 @@ def outcomes_of(
 
 
 def _in_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
-    """The outcomes of members that are integrated in batches."""
+    """Return the outcomes of members that are integrated in batches."""
     machine = question.machine
     horizon = Horizon.of(machine, RunSettings(), initial_state(machine, {}))
     outcomes, closer = _first_looked_at(question, starts, variants, horizon, part_of(report, 0.0, _FIRST_LOOK))
@@ -122,7 +122,7 @@ def _in_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varian
 def _first_looked_at(
     question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
 ) -> tuple[MemberOutcomes, np.ndarray]:
-    """The outcomes of those that a first look decides, and the numbers of the others."""
+    """Return the outcomes of the members that the screening decides, and the numbers of the other ones."""
     equations = equations_of(question, starts[:, 0])
     first, until = horizon.first, question.until
     pace = DoublingPace(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingPace.until(until, first)

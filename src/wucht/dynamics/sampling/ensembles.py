@@ -1,4 +1,4 @@
-"""An ensemble: what is asked of each member, in which states they start, and what became of them."""
+"""An ensemble: the question about its members, the states in which they start, and their outcomes."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 
-Report = Callable[[float], None]  # is told the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
+Report = Callable[[float], None]  # called with the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
 
 
 def part_of(report: Report, begin: float, share: float) -> Report:
-    """What tells how far a part of the work is, which begins when a share is done and is as large a share of all."""
+    """Return the report of a part of the work, which begins when a share is done and is as large a share of all."""
     return lambda done: report(begin + share * done)
 
 
 @dataclass(frozen=True)
 class EnsembleQuestion:
-    """Run up each member of an ensemble of one machine, and tell what becomes of it.
+    """Settings with which each member of an ensemble of one machine is run up and classified.
 
-    varied: paths of the parameters that differ from member to member. model, inertia, order: as of a run-up. until: how long
-    each member is followed; None: until it has settled, at most ``longest`` turns. tolerance: of the integration.
+    varied_paths: of the parameters that differ from member to member. model, inertia, order: as of a run-up. until: the end
+    time of each member; None: until it has settled, at most ``longest`` turns. tolerance: of the integration.
     """
 
     machine: Machine
@@ -47,10 +47,10 @@ _ARRAYS = ("outcome", "settling_time", "peak_amplitude", "end_time")
 
 @dataclass(frozen=True)
 class MemberOutcomes:
-    """What became of M members, each array (M,).
+    """Outcomes of M members, each array (M,).
 
-    outcome: its place in ``OUTCOMES``. settling_time: nan where it has not settled. peak_amplitude: the largest of the main
-    rotor's axis from where it rests. end_time: how far the member was followed. failures: a sentence for each that failed, by
+    outcome: its place in ``OUTCOMES``. settling_time: nan where it has not settled. peak_amplitude: the largest distance of the
+    main rotor's axis from its rest position. end_time: of the member's motion. failures: a sentence for each that failed, by
     the member's index.
     """
 
@@ -62,17 +62,17 @@ class MemberOutcomes:
 
     @classmethod
     def joined(cls, parts: Sequence[MemberOutcomes]) -> MemberOutcomes:
-        """Of several ensembles in a row."""
+        """Join the outcomes of several ensembles in a row."""
         begins = np.cumsum([0, *(len(p.outcome) for p in parts)])
         failures = tuple((int(begin) + i, why) for begin, p in zip(begins, parts, strict=False) for i, why in p.failures)
         return cls(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS}, failures=failures)
 
     def with_failures(self, failures: Mapping[int, str]) -> MemberOutcomes:
-        """With the sentences of those that failed, by their index."""
+        """Return the outcomes with the sentences of those that failed, by their index."""
         return replace(self, failures=tuple(sorted(failures.items())))
 
     def replaced(self, members: np.ndarray, seen: MemberOutcomes) -> MemberOutcomes:
-        """With what became of some members (k,), by their numbers."""
+        """Return the outcomes with new ones for some members (k,), by their numbers."""
         arrays = {name: getattr(self, name).copy() for name in _ARRAYS}
         for name, values in arrays.items():
             values[members] = getattr(seen, name)
@@ -80,13 +80,13 @@ class MemberOutcomes:
         return MemberOutcomes(**arrays, failures=tuple(sorted(failures.items())))
 
     def taken(self, members: np.ndarray) -> MemberOutcomes:
-        """What became of some members, by their numbers (k,)."""
+        """Select the outcomes of some members, by their numbers (k,)."""
         place = {int(member): i for i, member in enumerate(members)}
         failures = sorted((place[i], why) for i, why in self.failures if i in place)
         return MemberOutcomes(**{name: getattr(self, name)[members] for name in _ARRAYS}, failures=tuple(failures))
 
     def counts(self) -> dict[Outcome, int]:
-        """How many members have each outcome that occurs, in the order of ``OUTCOMES``."""
+        """Return the number of members with each outcome that occurs, in the order of ``OUTCOMES``."""
         numbers = np.bincount(self.outcome, minlength=len(OUTCOMES))
         return {o: int(k) for o, k in zip(OUTCOMES, numbers, strict=True) if k}
 
@@ -98,10 +98,10 @@ Start = Mapping[str, Any]
 def members_at(
     machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """The states (n, M) in which members begin, and the values (M,) of each parameter that differs among them.
+    """Return the states (n, M) in which members begin, and the values (M,) of each parameter that differs among them.
 
-    places: the values (q, M) of what is varied. start: the rest of the start. Raises ``InputError`` at ``where`` for a value
-    that the machine does not allow.
+    places: the values (q, M) of the varied quantities. start: the rest of the start. Raises ``InputError`` at ``location`` for
+    a value that the machine does not allow.
     """
     values = {v.name: at for v, at in zip(varied, places, strict=True) if v.state is None}
     if not values and not any(v.state.limited for v in varied if v.state is not None):
@@ -110,14 +110,14 @@ def members_at(
     starts = np.empty((len(machine.state_names), places.shape[1]))
     for m, place in enumerate(places.T.tolist()):
         own = tuple(x for v, x in zip(varied, place, strict=True) if v.state is None)
-        if own not in machines:  # where the carrier rests depends on the parameters
+        if own not in machines:  # the rest position of the carrier depends on the parameters
             machines[own] = machine_at(machine, varied, place, where)
         starts[:, m] = initial_state(machines[own], start_at(start, varied, place), where)
     return starts, values
 
 
 def _placed_together(machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str) -> np.ndarray:
-    """The states (n, M) of the same machine: what a start states, a state is a linear function of."""
+    """Return the states (n, M) of one machine: a state is a linear function of the values in its start."""
     nowhere = np.zeros(len(varied))
     first = initial_state(machine, start_at(start, varied, nowhere.tolist()), where)
     starts = np.repeat(first[:, None], places.shape[1], axis=1)
@@ -127,7 +127,7 @@ def _placed_together(machine: Machine, start: Start, varied: Sequence[Varied], p
 
 
 def machine_at(machine: Machine, varied: Sequence[Varied], place: Sequence[float], where: str) -> Machine:
-    """The machine with its parameters at a place (q,). Raises ``InputError``."""
+    """Return the machine with its parameters at a place (q,). Raises ``InputError``."""
     own = {v.name: x for v, x in zip(varied, place, strict=True) if v.state is None}
     try:
         return machine.with_values(own) if own else machine
@@ -136,12 +136,12 @@ def machine_at(machine: Machine, varied: Sequence[Varied], place: Sequence[float
 
 
 def start_at(start: Start, varied: Sequence[Varied], place: Sequence[float]) -> dict[str, Any]:
-    """The start at a place (q,), as in a study file."""
+    """Return the start at a place (q,), as in a study file."""
     return with_states(start, [(v.state, x) for v, x in zip(varied, place, strict=True) if v.state is not None])
 
 
 def impossible(machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> dict[int, str]:
-    """Why members with these starts (n, M) and values (M,) of parameters cannot be run, by their index.
+    """Return the reasons why members with these starts (n, M) and values (M,) of parameters cannot be run, by their index.
 
     The bodies of a track overlap there.
     """
@@ -156,9 +156,9 @@ def impossible(machine: Machine, starts: np.ndarray, values: Mapping[str, np.nda
 
 
 def left_out(question: EnsembleQuestion, start: Start, varied: Sequence[Varied], place: Sequence[float]) -> tuple[str, ...]:
-    """What the averaged equations leave out, if these are asked for, by the member at a place (q,).
+    """Return warnings of what the averaged equations, if requested, omit of the member at a place (q,).
 
-    Raises ``InputError`` where there are none, and where nothing would turn.
+    Raises ``InputError`` if there are no such equations, and if nothing would turn.
     """
     machine = machine_at(question.machine, varied, place, "study")
     machine, initial = placed_at_start(machine, start_at(start, varied, place), question.until or 0.0)
@@ -166,9 +166,9 @@ def left_out(question: EnsembleQuestion, start: Start, varied: Sequence[Varied],
 
 
 def where_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-    """What becomes of members with starts (n, M) and values (M,) of parameters; those that cannot be run have failed.
+    """Run members with starts (n, M) and values (M,) of parameters; those that cannot be run have failed.
 
-    run: what becomes of those that can.
+    run: returns the outcomes of those that can.
     """
     why, count = impossible(machine, starts, values), starts.shape[1]
     if not why:

@@ -1,4 +1,4 @@
-"""A first screening of all members at once: those that have settled are judged, those that need a closer look are named."""
+"""Screening of all members at once: those that have settled are judged, those that need a full classification are marked."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from wucht.numerics.observers.projection import WINDOWS
 from wucht.numerics.zeros_and_peaks import between_samples
 
 WINDOW = 16  # samples
-SAMPLES = WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are as those to come
-PARTS = 2 * SAMPLES  # of the time, in which the course is kept
+SAMPLES = WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are like the chunks after it
+PARTS = 2 * SAMPLES  # of the time, for which the course is recorded
 # Times as many of the amplitude in each part of the first chunk: vibrations of the start die out, resonances are passed.
 FINER = np.repeat((4, 2), SAMPLES)
 # Samples that are shifted a little, alike in all windows: a motion of one period can not be taken for rest.
@@ -47,23 +47,23 @@ class DoublingPace:
 
     @classmethod
     def until(cls, end: float, first: float) -> DoublingPace:
-        """That ends at a time, with a first chunk of about this length."""
+        """Return the schedule that ends at a time, with a first chunk of about this length."""
         doublings = max(0, math.ceil(math.log2(end / first)))
         return cls(end / 2**doublings, doublings + 1)
 
     @property
     def end(self) -> float:
-        """The limit of time."""
+        """The end of the last chunk."""
         return self.first * 2.0 ** (self.chunks - 1)
 
     def times(self, index: int) -> np.ndarray:
-        """See ``Pace``."""
+        """Return the times of a chunk: see ``Pace``."""
         return _times(self.first, index)
 
 
-@lru_cache(maxsize=64)  # every tile asks
+@lru_cache(maxsize=64)  # every tile needs them
 def _times(first: float, index: int) -> np.ndarray:
-    """See ``Pace``; not to be written to."""
+    """Return the times of a chunk (see ``Pace``) as a read-only array."""
     end = first * 2.0**index
     begin, ends = (end / 2, np.arange(1, SAMPLES + 1)) if index else (0.0, np.arange(1, PARTS + 1))
     ends = ends + np.tile(_SHIFTS, len(ends) // WINDOW)
@@ -77,10 +77,10 @@ def _times(first: float, index: int) -> np.ndarray:
     return np.asarray(times)
 
 
-SETTLED = 1e-4  # of speed and unbalance: bounds that are as near tell that a member has settled
+SETTLED = 1e-4  # of speed and unbalance: a member has settled whose bounds are as near
 _FOLLOWED = 0.5  # of the differences of samples: a cubic that misses more of them has not been sampled densely enough
 UNDECIDED = -1
-_LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest deserve a closer look; to an attractor either
+_LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest are classified fully; to an attractor either
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
 _ENDS = np.cumsum(FINER) - 1  # samples at the ends of the parts of the first chunk
 _UNIDENTIFIED, _COMPENSATED = OUTCOMES.index(Outcome.UNIDENTIFIED), OUTCOMES.index(Outcome.COMPENSATED)
@@ -88,10 +88,12 @@ _UNIDENTIFIED, _COMPENSATED = OUTCOMES.index(Outcome.UNIDENTIFIED), OUTCOMES.ind
 
 @dataclass(frozen=True)
 class MemberRecord:
-    """Of M members: their number, the outcome (``UNDECIDED``), whether a closer look is needed, the square of the largest
-    distance, the settling time; end: the square of the distance at the last sample, and its derivative (2, M); course: in each
-    of ``PARTS`` of the time the least and the largest speed and share of unbalance that is left (4, K, M), to see when they
-    settled."""
+    """The record of M members: their number, outcome (or ``UNDECIDED_OUTCOME``), square of the largest distance, settling time.
+
+    needs_classification: mask of those that screening cannot decide. end: the square of the distance at the last sample, and
+    its derivative (2, M). course: in each of ``PARTS`` of the time the least and the largest speed and residual unbalance
+    (4, K, M), for the settling time.
+    """
 
     number: np.ndarray
     outcome: np.ndarray
@@ -104,9 +106,9 @@ class MemberRecord:
 
 @dataclass(frozen=True)
 class FirstLook:
-    """The observer. equations, variants: of all members, by their numbers. final: whether the end of the pace is where all are
-    judged, as was asked; else members are followed until they have settled. noise: of the integration. attractors: on which
-    they may end. known: resonances."""
+    """The observer. equations, variants: of all members, by their numbers. final: all are judged at the end of the pace, the
+    requested time; else each when it has settled. noise: of the integration. attractors: on which they may end. resonances:
+    those computed so far."""
 
     equations: Equations
     variants: Variants
@@ -118,7 +120,7 @@ class FirstLook:
 
     @np.errstate(all="ignore")  # averaged equations of a rotor at rest
     def begin(self, members: Members) -> MemberRecord:
-        """See ``Observer``."""
+        """Return the first record: see ``Observer``."""
         assert isinstance(members, Numbered)
         m, numbers = len(members), members.numbers
         begun = self._view.seen(members.starts.T[None], self.variants.of[numbers])
@@ -128,7 +130,7 @@ class FirstLook:
 
     @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
     def after(self, record: MemberRecord, times: np.ndarray, samples: np.ndarray) -> tuple[MemberRecord, np.ndarray]:
-        """See ``Observer``."""
+        """Return the record after a chunk, and which members have ended: see ``Observer``."""
         index, variants = round(math.log2(times[-1] / self.pace.first)), self.variants.taken(record.number)
         ends = slice(None) if index else _ENDS
         sight = self._view.seen(samples, variants.of, ends)
@@ -160,7 +162,7 @@ class FirstLook:
         return record, (outcome != UNDECIDED) | closer
 
     def kept(self, record: MemberRecord) -> MemberRecord:
-        """See ``Observer``: all but the course, which is most of it."""
+        """Return all of the record but the course, which is most of it: see ``Observer``."""
         return replace(record, course=record.course[:, :0])
 
     @cached_property
@@ -168,7 +170,7 @@ class FirstLook:
         return self.equations.view(self.variants)
 
     def _stuck(self, rest: Screening, index: int) -> np.ndarray:
-        """Which members (M,) are not worth waiting for after so many chunks: they neither come to rest nor to an attractor."""
+        """Mask (M,) of the members not worth waiting for after so many chunks: they approach neither rest nor an attractor."""
         if self.attractors:
             return np.asarray((rest.cycling | ~rest.nearing) & ~rest.settled & (index >= _LONGER))
         return np.asarray(rest.cycling | (~rest.nearing & ~rest.settled & (index >= _LONG)))
@@ -186,7 +188,7 @@ class FirstLook:
         left = self.pace.end - end if self.final else math.inf
         speeds = np.array([course[0, SAMPLES:].min(axis=0), course[1, SAMPLES:].max(axis=0)])
         for one in self.attractors:
-            if 0 < left < one.period:  # what it reaches until the end is not known yet
+            if 0 < left < one.period:  # the part of it that is reached until the end is not known yet
                 continue
             open_ = np.flatnonzero(outcome == UNDECIDED)
             if not len(open_):
@@ -199,7 +201,7 @@ class FirstLook:
                 square[arrived] = np.maximum(square[arrived], one.square)
 
     def _rate(self, sight: View, samples: np.ndarray, members: np.ndarray) -> np.ndarray:
-        """Of the square (K, M), at samples (K, k, M) of these members."""
+        """The derivative of the square (K, M), at samples (K, k, M) of these members."""
         if sight.rate is not None:
             return sight.rate
         assert isinstance(self._view, SlowView)
@@ -220,7 +222,7 @@ class FirstLook:
 
     @cached_property
     def _free(self) -> np.ndarray:
-        """What the drive reaches without vibration (V,), signed; nan where nothing says so."""
+        """The speed that the drive reaches without vibration (V,), signed; nan where it is not determined."""
         each = [free_speed(m, m.rotor) for m in self.variants.machines]
         return np.array([np.nan if f is None else f for f in each])
 
@@ -233,7 +235,7 @@ class FirstLook:
         return self.known[key]
 
     def _outcome(self, rest: Screening, seen: LastHalf, variants: Variants) -> np.ndarray:
-        """The outcome (M,) of members that have settled, with bodies that hardly move or compensate; else ``UNDECIDED``."""
+        """The outcome (M,) of members that have settled with quiet or compensating bodies; else ``UNDECIDED_OUTCOME``."""
         e, phases = rest.evidence, seen.phases[:, -1]
         others = rest.settled & rest.quiet & (e.at_speed.no | e.balanced.no)
         resonance = np.full(len(others), np.nan)
@@ -246,8 +248,8 @@ class FirstLook:
         return np.asarray(np.where(decided, outcome, UNDECIDED), np.int8)
 
     def _hopeless(self, rest: Screening, seen: LastHalf, variants: Variants) -> np.ndarray:
-        """Which members (M,) no closer look can tell: their speed goes up and down, below the resonance, too seldom yet,
-        or they are far from their end."""
+        """Mask (M,) of the members that no full classification decides: their speed rises and falls, below the resonance, too
+        seldom yet, or they are far from their end."""
         window = seen.sense * seen.speed.reshape(WINDOWS, -1, seen.speed.shape[1])[-1]
         low, high = window.min(axis=0), window.max(axis=0)
         restless = ~rest.settled & ~rest.early & (low > 0) & (high - low > MODULATION_THRESHOLD * high) & (rest.rises < 2)
@@ -259,7 +261,7 @@ class FirstLook:
 
 
 def _resonance(machine: Machine, sense: int, phases: tuple[float, ...]) -> float | None:
-    """See ``FirstLook._resonance``."""
+    """Compute a resonance: see ``ScreeningObserver._resonance``."""
     free = free_speed(machine, machine.rotor)
     index = [machine.bodies.index(b) for b in machine.group(machine.rotor)]
     expected = None if free is None else sense * free
@@ -267,16 +269,16 @@ def _resonance(machine: Machine, sense: int, phases: tuple[float, ...]) -> float
 
 
 def _weights(machine: Machine) -> tuple[complex, ...]:
-    """The unbalances of the main rotor and of the bodies about it, as shares of its own."""
+    """The unbalances of the main rotor and of the bodies about it, as shares of the rotor's."""
     weights, others = weights_of(machine, machine.rotor), [b for b in machine.bodies if b is not machine.rotor]
     return (weights[0], *(weights[1 + others.index(b)] for b in machine.group(machine.rotor)[1:]))
 
 
 def _peaks(times: np.ndarray, signal: np.ndarray, slope: np.ndarray, window: int) -> np.ndarray:
-    """The largest value (M,) of signals (K + 1, M): between samples where these follow them, else at the samples.
+    """The largest value (M,) of signals (K + 1, M): between samples where these resolve them, else at the samples.
 
-    times: (K + 1, 1) or of each (K + 1, M). They do where, in a window of so many intervals, slopes and differences agree: less
-    than about a third of an oscillation lies between two samples.
+    times: (K + 1, 1) or of each (K + 1, M). They are resolved if, in a window of so many intervals, slopes and differences
+    agree: less than about a third of an oscillation lies between two samples.
     """
     change = np.diff(signal, axis=0)
     missed = np.abs(change - 0.5 * np.diff(times, axis=0) * (slope[:-1] + slope[1:]))
@@ -287,7 +289,7 @@ def _peaks(times: np.ndarray, signal: np.ndarray, slope: np.ndarray, window: int
 
 
 def _lengthened(course: np.ndarray | None, speed: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """The course (4, K, M) of a ``MemberRecord`` after a chunk of samples (K, M), as long as all of it before."""
+    """Extend the course (4, K, M) of a ``MemberRecord`` by a chunk of samples (K, M), as long as all of it before."""
     new = np.array([speed, speed, left, left])
     if course is None:
         return new
@@ -299,7 +301,7 @@ def _lengthened(course: np.ndarray | None, speed: np.ndarray, left: np.ndarray) 
 
 
 def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarray:
-    """From when on (M,) the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with."""
+    """The time (M,) from which the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of their ends."""
     low, high, least, most = course
     margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(low[-1]), np.abs(free))
     speed, left = (low[-1] + high[-1]) / 2, (least[-1] + most[-1]) / 2
@@ -310,7 +312,7 @@ def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarr
 
 
 def _arrival(course: np.ndarray, end: float, attractor: Attractor, free: np.ndarray) -> np.ndarray:
-    """From when on (M,) the speed stays in an attractor's range, widened by 0.5 % (of the free speed), and a period."""
+    """The time (M,) from which the speed stays in an attractor's range, widened by 0.5 % (of the free speed), plus a period."""
     low, high = np.sort(np.sign(course[0, -1]) * np.array([attractor.low, attractor.high])[:, None], axis=0)
     margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(attractor.low), np.abs(free))
     off = (course[1] > high + margin) | (course[0] < low - margin)

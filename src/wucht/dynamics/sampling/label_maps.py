@@ -1,20 +1,20 @@
-"""Maps of labels: which cells are run anew when they are halved, and how far the share of a label is from that of the plane.
+"""Maps of labels: the cells that are run anew when they are halved, and the error of the share that a label has.
 
 A cell is at a border where one of its eight neighbours has another label; along a periodic axis the first and the last are
 neighbours. Halved are the cells at a border, on the coarsest map with a rim of one cell about them; the others hand down their
 label. The centre of a halved cell is no longer that of a cell: all four that it becomes are run. When they are, a cell that was
 handed down may lie at a border after all, where a tongue leaves the halved cells: then it is run too, and so on until every
 cell at a border was run itself. So a tongue is followed from where it leaves the border as far as it is as wide as a fine cell;
-a rim on every map would find hardly more with twice the runs. What can be missed is narrower than a cell of the coarsest map
-and does not reach a border seen before.
+a rim on every map would detect hardly more with twice the runs. What can be missed is narrower than a cell of the coarsest map
+and does not reach a known border.
 
 The share that a label has is counted by cells, each whole by the label of its centre. It errs only in cells that a border
 crosses. Along a straight stretch of the border, k cells long between two steps of the staircase that the cells make of it, all
 errors are of one kind: the border lies anywhere within half a cell of the cells' edge, so that what is off is uniform within +-
 k/2 cells, of variance k^2/12. Stretches err independently of each other. ``uncertainty`` is twice the standard deviation of
 their sum. A border along an axis is one long stretch, a slanted one many short ones: of a smooth border the uncertainty falls
-as h^(3/2) with the size h of the cells, of one along an axis as h. ``bound`` is what no border that the map resolves can
-exceed: half the area of all cells at a border. Neither knows of what is narrower than a cell.
+as h^(3/2) with the size h of the cells, of one along an axis as h. ``error_bound`` is what no border that the map resolves can
+exceed: half the area of all cells at a border. Neither covers what is narrower than a cell.
 """
 
 from __future__ import annotations
@@ -28,35 +28,35 @@ _AROUND = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
 def at_border(labels: np.ndarray, periodic: Periodic) -> np.ndarray:
-    """Which cells (m, n) have a neighbour with another label."""
+    """Mask of the cells (m, n) that have a neighbour with another label."""
     around = _padded(labels, periodic)
     return np.asarray(np.logical_or.reduce([_shifted(around, i, j) != labels for i, j in _AROUND]))
 
 
 def widened(cells: np.ndarray, periodic: Periodic) -> np.ndarray:
-    """Some cells (m, n) and all their neighbours."""
+    """Widen a mask of cells (m, n) by all their neighbours."""
     around = _padded(cells, periodic)
     return np.asarray(np.logical_or.reduce([cells, *(_shifted(around, i, j) for i, j in _AROUND)]))
 
 
 def halved(map_: np.ndarray) -> np.ndarray:
-    """A map (m, n) with each cell parted into four (2 m, 2 n) that have its value."""
+    """Divide each cell of a map (m, n) into four (2 m, 2 n) that have its value."""
     return np.repeat(np.repeat(map_, 2, axis=0), 2, axis=1)
 
 
 def cells_to_halve(labels: np.ndarray, periodic: Periodic, coarsest: bool) -> np.ndarray:
-    """Those (m, n) at a border; of the coarsest map with a rim of one cell about them."""
+    """Mask of the cells (m, n) at a border; of the coarsest map with a rim of one cell about them."""
     border = at_border(labels, periodic)
     return widened(border, periodic) if coarsest else border
 
 
 def left_at_border(labels: np.ndarray, run: np.ndarray, periodic: Periodic) -> np.ndarray:
-    """Which cells (m, n) lie at a border though they were not run themselves."""
+    """Mask of the cells (m, n) that lie at a border though they were not run themselves."""
     return np.asarray(at_border(labels, periodic) & ~run)
 
 
 def _padded(map_: np.ndarray, periodic: Periodic) -> np.ndarray:
-    """The map with a cell more on each side: what lies there, or the cell itself where nothing does."""
+    """Pad the map by a cell on each side: its periodic continuation, or a copy of the cell at the edge."""
     for axis, wraps in enumerate(periodic):
         width = [(1, 1) if k == axis else (0, 0) for k in range(2)]
         map_ = np.pad(map_, width, mode="wrap" if wraps else "edge")
@@ -69,18 +69,18 @@ def _shifted(padded: np.ndarray, i: int, j: int) -> np.ndarray:
 
 
 def share(inside: np.ndarray) -> float:
-    """Of a label, by the cells (m, n) that have it."""
+    """The share of a label, by the mask (m, n) of the cells that have it."""
     return float(inside.mean())
 
 
 def uncertainty(inside: np.ndarray, periodic: Periodic) -> float:
-    """Of that share: in 19 of 20 cases it is off by no more."""
+    """The uncertainty of that share: in 19 of 20 cases it is off by no more."""
     stretches = _squared_lengths(inside, periodic) + _squared_lengths(inside.T, periodic[::-1])
     return 2 * math.sqrt(stretches / 12) / inside.size
 
 
 def bound(inside: np.ndarray, periodic: Periodic) -> float:
-    """Of its error: half the area of the cells at the label's border."""
+    """The bound of its error: half the area of the cells at the label's border."""
     return 0.5 * float(at_border(inside, periodic).mean())
 
 

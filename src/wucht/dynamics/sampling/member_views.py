@@ -1,6 +1,6 @@
-"""How the states of many members are seen: the speed of the main rotor, the bodies about it, the distance of its axis.
+"""Views of the states of many members: the speed of the main rotor, the bodies about it, the distance of its axis.
 
-All is computed element by element: what is seen of a member does not depend on those beside it.
+All is computed element by element: the view of a member does not depend on the other members.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from wucht.numerics.flow.program import lower
 from wucht.system import System
 
 _ALL = slice(None)
-_STEP = 1e-4  # of the unit of time: over which the amplitude's change is taken
+_STEP = 1e-4  # of the unit of time: over which the amplitude's change is computed
 
 
 @dataclass(frozen=True)
 class View:
-    """Of M members at K samples. square, rate (K, M): of the distance of the main rotor's axis from where it rests, its square
-    and the derivative of that, None where it is dear. speed (k, M), phases (b, k, M): of the main rotor and of the bodies about
-    it, as they turn, at those k of the samples that were asked for."""
+    """The view of M members at K samples. square, rate (K, M): of the distance of the main rotor's axis from its rest position,
+    its square and the derivative of that, None where it is costly. speed (k, M), phases (b, k, M): of the main rotor and of the
+    bodies about it, as they turn, at k requested samples."""
 
     speed: np.ndarray
     phases: np.ndarray
@@ -41,18 +41,18 @@ class Bound:
 
     @classmethod
     def of(cls, system: System, expressions: Sequence[sp.Expr], values: Iterable[Sequence[float]]) -> Bound:
-        """In a System's symbols. values: its parameters of each variant."""
+        """Compile expressions in a System's symbols. values: its parameters of each variant."""
         program = lower(system, expressions)
         return cls(ArrayFunction(program), np.array([program.constant_values(v) for v in values]).T)
 
     def __call__(self, states: Sequence[np.ndarray] | np.ndarray, of: np.ndarray) -> np.ndarray:
-        """Arrays (r, K, M) of states (K, M) each, of members of these variants (M,)."""
+        """Return arrays (r, K, M) from states (K, M) each, of members with these variants (M,)."""
         return self.function(states, self.constants if self.constants.shape[1] == 1 else self.constants[:, of])
 
 
 def unbalance_left(weights: np.ndarray) -> Bound:
-    """What bodies about the rotor, by their phases, leave of its unbalance. weights: complex unbalances of the rotor and of
-    these bodies (V, 1 + b), of each variant."""
+    """Return the residual unbalance as a function of the phases of the bodies about the rotor. weights: complex unbalances of
+    the rotor and of these bodies (V, 1 + b), of each variant."""
     bodies = range(1, weights.shape[1])
     phases = [sp.Symbol(f"alpha{i}", real=True) for i in bodies]
     parts = [sp.symbols(f"re{i} im{i}", real=True) for i in range(weights.shape[1])]
@@ -66,11 +66,11 @@ def unbalance_left(weights: np.ndarray) -> Bound:
 
 @dataclass(frozen=True)
 class FullView:
-    """How states of the full equations are seen.
+    """View of states of the full equations.
 
-    rows: where each state of the machine's System is among those integrated; None: the main rotor's angle in its own frame,
-    zero. prescribed: the main rotor's speed (V,), None: a state. at_rest: of the axis (m, V). orbit: its place and velocity, in
-    turn.
+    rows: the row of each state of the machine's System among those integrated; None: the main rotor's angle in the frame that
+    turns with it, zero. prescribed_speed: of the main rotor (V,), None: a state. at_rest: the axis' position (m, V). orbit: its
+    position and velocity, in turn.
     """
 
     machine: Machine
@@ -80,7 +80,7 @@ class FullView:
     orbit: Bound
 
     def seen(self, samples: np.ndarray, of: np.ndarray, ends: slice | np.ndarray = _ALL) -> View:
-        """Samples (K, n, M) of members of these variants (M,). ends: at which of them speed and phases are asked for."""
+        """Return the view of samples (K, n, M) of members with these variants (M,). ends: those with speed and phases."""
         zero = np.zeros(samples[:, 0].shape)
         whole = [zero if i is None else samples[:, i] for i in self.rows]
         machine, row = self.machine, self.machine.row
@@ -99,7 +99,7 @@ class FullView:
 
 @dataclass(frozen=True)
 class SlowView:
-    """How states of the averaged equations are seen. sense: of the main rotor; about: rows of the phases to it. rates: of the
+    """View of states of the averaged equations. sense: of the main rotor; about: rows of the phases to it. rates: of the
     states; outputs: the main rotor's speed and the amplitude."""
 
     sense: int
@@ -108,14 +108,14 @@ class SlowView:
     outputs: Bound
 
     def rate(self, samples: np.ndarray, of: np.ndarray) -> np.ndarray:
-        """See ``View``: of samples (K, k, M) of members of these variants (M,)."""
+        """Return the rate of a ``View`` at samples (K, k, M) of members with these variants (M,)."""
         states = np.moveaxis(samples, 1, 0)
         rates = self.rates(states, of)
         later, before = (self.outputs(states + way * _STEP * rates, of)[1] for way in (1, -1))
         return np.asarray((later + before) * (later - before) / (2 * _STEP))
 
     def seen(self, samples: np.ndarray, of: np.ndarray, ends: slice | np.ndarray = _ALL) -> View:
-        """Samples (K, n, M) of members of these variants (M,). ends: at which of them speed and phases are asked for."""
+        """Return the view of samples (K, n, M) of members with these variants (M,). ends: those with speed and phases."""
         speed, amplitude = self.outputs(np.moveaxis(samples, 1, 0), of)
         phases = np.empty((len(self.about), *speed[ends].shape))
         for phase, row in zip(phases, self.about, strict=True):

@@ -14,12 +14,12 @@ from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
 from wucht.schema import Unit, read_quantity
 
-_WIDE = 10.0  # ratio of the ends of a range: from here on it is searched by its logarithm
+_WIDE = 10.0  # ratio of the ends of a range: at or above it the range is searched by its logarithm
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A number that is varied. key: of which bodies, or None: the parameter of one path. unit, what: of it."""
+    """A varied number. key: of bodies, or None: the parameter of one path. unit, description: of it."""
 
     name: str
     key: str | None
@@ -31,29 +31,29 @@ class Variable:
 
     @property
     def wide(self) -> bool:
-        """Whether its range is searched by its logarithm."""
+        """True if its range is searched by its logarithm."""
         return self.low > 0 and self.high / self.low >= _WIDE
 
     def at(self, share: np.ndarray) -> np.ndarray:
-        """Values at shares (N,), 0 to 1, of the range."""
+        """Return values at shares (N,), 0 to 1, of the range."""
         if self.wide:
             return np.asarray(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
         return np.asarray(self.low + (self.high - self.low) * share)
 
     def share(self, value: float) -> float:
-        """Where a value lies in the range."""
+        """Return the position of a value in the range, 0 to 1."""
         if self.wide:
             return float(np.log(value / self.low) / np.log(self.high / self.low)) if value > 0 else -1.0
         return (value - self.low) / (self.high - self.low)
 
 
 def balancing(machine: Machine) -> list[str]:
-    """The names of the bodies about the main rotor."""
+    """Return the names of the bodies about the main rotor."""
     return [b.name for b in machine.group(machine.rotor)[1:]]
 
 
 def variables_of(machine: Machine, vary: Mapping[str, Mapping[str, Any]], together: bool) -> tuple[Variable, ...]:
-    """What is varied. together: whether all bodies must be. Raises ``InputError``."""
+    """Return the varied numbers. together: all bodies must be varied together. Raises ``InputError``."""
     found, taken = list[Variable](), dict[str, str]()
     for name, given in vary.items():
         where = f"study.vary.{name}"
@@ -78,7 +78,7 @@ def variables_of(machine: Machine, vary: Mapping[str, Mapping[str, Any]], togeth
 
 
 def _paths(machine: Machine, name: str, of: Sequence[str] | None, where: str) -> tuple[str, ...]:
-    """The paths that a name stands for."""
+    """Return the paths that a name denotes."""
     if "." in name or name in machine.parameters:
         if of is not None:
             raise InputError(f"{where}.of", list(of), "allowed only with a key of bodies, such as damping")
@@ -87,7 +87,7 @@ def _paths(machine: Machine, name: str, of: Sequence[str] | None, where: str) ->
     bodies = balancing(machine)
     for body in of or ():
         if body not in bodies:
-            raise InputError(f"{where}.of", body, f"this is no balancing body; {nearest(body, bodies)}")
+            raise InputError(f"{where}.of", body, f"this is not a balancing body; {nearest(body, bodies)}")
     paths = tuple(f"{b}.{name}" for b in (of or bodies))
     missing = [p for p in paths if p not in machine.parameters]
     if missing:
@@ -98,7 +98,7 @@ def _paths(machine: Machine, name: str, of: Sequence[str] | None, where: str) ->
 
 
 def values_at(machine: Machine, variables: Sequence[Variable], numbers: Sequence[float]) -> dict[str, float]:
-    """The values of a candidate by path; a pendulum's own inertia keeps its ratio to m l^2."""
+    """Return the values of a candidate by path; a given inertia of a pendulum keeps its ratio to m l^2."""
     values = {path: float(x) for v, x in zip(variables, numbers, strict=True) for path in v.paths}
     for body in balancing(machine):
         mass, length, inertia = (f"{body}.{key}" for key in ("mass", "length", "inertia"))
@@ -108,12 +108,12 @@ def values_at(machine: Machine, variables: Sequence[Variable], numbers: Sequence
     return values
 
 
-_NEAR = 1e-3  # of the range: so near the smallest value is found
+_NEAR = 1e-3  # of the range: the accuracy of the smallest value
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Of the probability at a value of the parameter."""
+    """Confidence bounds of the probability at a value of the parameter."""
 
     value: float
     low: float
@@ -122,20 +122,20 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Fall:
-    """Where the probability falls for certain: its band at a value lies above that at a larger one."""
+    """A certain fall of the probability: its band at a value lies above that at a larger one."""
 
     before: Bounds
     after: Bounds
 
 
 def fall_of(seen: Sequence[Bounds]) -> Fall | None:
-    """Where the probability falls, of values in order: the deepest fall; None: nowhere for certain."""
+    """Return the deepest fall of the probability, from bounds in the order of their values; None: no fall is certain."""
     falls = [Fall(a, b) for i, a in enumerate(seen) for b in seen[i + 1 :] if b.high < a.low]
     return max(falls, key=lambda f: f.before.low - f.after.high, default=None)
 
 
 def smallest(seen: Sequence[Bounds], wanted: float) -> float | None:
-    """The smallest of some values in order from which on the lower bounds reach what is wanted.
+    """Return the smallest of some values, in order, from which on the lower bounds reach a target.
 
     None: they do not, or the probability falls.
     """
@@ -146,7 +146,7 @@ def smallest(seen: Sequence[Bounds], wanted: float) -> float | None:
 
 
 def to_look_at(seen: Sequence[Bounds], wanted: float) -> float | None:
-    """The value to look at next to know the smallest one better; None: it is known well enough, or there is none."""
+    """Return the value to sample next to refine the smallest one; None: it is known well enough, or there is none."""
     found = smallest(seen, wanted)
     if found is None or found == seen[0].value:
         return None
@@ -160,7 +160,7 @@ _NONE = 1e30  # in place of an objective that a candidate does not have
 
 
 def needed(kind: str) -> None:
-    """Raises ``InputError`` where pymoo is not installed, which a study of this kind needs."""
+    """Raise ``InputError`` if pymoo is not installed, which a study of this kind needs."""
     try:
         import_module("pymoo.algorithms.moo.nsga2")
     except ImportError:
@@ -170,10 +170,10 @@ def needed(kind: str) -> None:
 def generations(
     count: int, first: np.ndarray, objectives: int, seed: int, value: Callable[[int, np.ndarray], tuple[np.ndarray, np.ndarray]]
 ) -> Iterator[int]:
-    """Work off a number of generations, each as large as the first one (P, k), of shares from 0 to 1.
+    """Compute a number of generations, each as large as the first one (P, k), of shares from 0 to 1.
 
-    value: of a generation, by its number, and candidates (P, k): objectives (P, o), and whether they are allowed (P,). Yields
-    the number of each generation that is done. The same values give the same search.
+    value: of a generation, by its number, and candidates (P, k): objectives (P, o), and a mask of the feasible ones (P,).
+    Yields the number of each generation that is done. The same values give the same search.
     """
     of: Callable[[str], Any] = import_module
     problem = of("pymoo.core.problem").Problem(n_var=first.shape[1], n_obj=objectives, n_ieq_constr=1, xl=0.0, xu=1.0)
@@ -191,7 +191,7 @@ def generations(
 
 
 def not_dominated(objectives: np.ndarray) -> np.ndarray:
-    """Which (N,) of N points (N, o) no other one is better than: at least as good in all, better in one."""
+    """Mask (N,) of the points (N, o) that no other one dominates: is at least as good in all, better in one."""
     kept = np.ones(len(objectives), bool)
     for i, one in enumerate(objectives):
         others = (objectives <= one).all(axis=1)
@@ -200,7 +200,7 @@ def not_dominated(objectives: np.ndarray) -> np.ndarray:
 
 
 def spread_out(objectives: np.ndarray, count: int) -> np.ndarray:
-    """The places (c,) of at most ``count`` of the points (N, o): the best in each objective, then those far from all others."""
+    """Return the indices (c,) of at most ``count`` points (N, o): the best in each objective, then those farthest from them."""
     size = np.ptp(objectives, axis=0)
     scaled = (objectives - objectives.min(axis=0)) / np.where(size > 0, size, 1.0)
     chosen = list(dict.fromkeys(int(k) for k in objectives.argmin(axis=0)))[:count]

@@ -1,4 +1,4 @@
-"""From the turns of a rotor to the evidence of what becomes of it."""
+"""From the turns of a rotor to the evidence for its outcome."""
 
 from __future__ import annotations
 
@@ -38,25 +38,25 @@ _LAST_SHARE = 0.05
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
 _IN_NOISE = 6.0  # times the noise: bounds that are no further apart are not known better, as far as noise widens them
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
-_FEWEST_IRREGULAR = 30  # cycles: fewer that are not alike may be the long way to another end
-_FEWEST_UNEVEN = 10  # cycles that take the same time: fewer, if their ranges differ, may fade unseen
+_FEWEST_IRREGULAR = 30  # cycles: fewer that are not alike may be a long transient
+_FEWEST_UNEVEN = 10  # cycles that take the same time: fewer, if their ranges differ, may decay unnoticed
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
-WAVERS = "the motion goes to and fro about the border between outcomes, and nothing of that is seen to decay"
+WAVERS = "the motion fluctuates about the border between outcomes, and the fluctuation does not visibly decay"
 IN_NOISE = "the outcome depends on differences within the noise of the integration (use a smaller tolerance)"
-_LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts that is going to change, or to fall, by no more
+_LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts whose range will change, or fall, by no more
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a rotor stands.
+    """Assessment of a rotor's motion.
 
-    evidence: of what becomes of it. window: the last turns, whole ones, or whole periods of a modulation. speed: its mean
-    speed there, with the sense of turning taken away. residual: the largest share of its unbalance that is left there, None
+    evidence: for its outcome. window: the last turns, whole ones, or whole periods of a modulation. speed: its mean
+    speed there, positive in its sense of rotation. residual: the largest share of its unbalance that is left there, None
     without unbalance. phases: of the bodies about it, circular means over the last turn. final_phases: the same as sigma alpha,
-    with that of the rotor, 0 where a body lags. vibration: what they excite. projections: of mean speed and residual. growing:
-    a modulation grows, or bodies leave where they are. drifting: the lag of a body drifts. unrest: by how much the residual
-    goes to and fro, as a share of it. needed: for how many more times the length of the record it must be watched; inf where
-    nothing says so. endless: why it will never be known, as far as is seen; else empty.
+    with that of the rotor, 0 where a body lags. vibration: that they excite. projections: of mean speed and residual. growing:
+    a modulation grows, or bodies leave their places. drifting: the lag of a body drifts. unrest: the range of the residual, as
+    a share of it. extra_run_factor: the further run needed for a verdict, as a multiple of the length of the record; inf if
+    unknown. undecidable_reason: the reason why no longer run would decide; else empty.
     """
 
     evidence: Evidence[float]
@@ -78,9 +78,9 @@ class Standing:
 
 @dataclass(frozen=True)
 class _Projections:
-    """Where the numbers go that the criteria need. varied: the range of the speed, as a share of it. lags: of the bodies about
-    the rotor. left: the residual unbalance, None where there is nothing that could compensate. parted: see ``parting``. beats:
-    cycles of a modulation are observed."""
+    """Projections of the numbers that the criteria need. speed_range: of the speed, as a share of it. lags: of the bodies about
+    the rotor. residual: of the unbalance, None if nothing could compensate it. divergence: see ``windows_until_divergence``.
+    beats: cycles of a modulation are observed."""
 
     mean: Projection
     lowest: Projection
@@ -92,22 +92,22 @@ class _Projections:
 
     @property
     def asynchronous(self) -> bool:
-        """Whether a body lags for good."""
+        """True if a body lags permanently."""
         return any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in self.lags)
 
     @property
     def catching_up(self) -> bool:
-        """Whether one lags that may catch up, so that the rotor then goes another way."""
+        """True if a body lags that may catch up, so that the rotor's motion then changes."""
         return not self.asynchronous and any(undecided(lag) for lag in self.lags)
 
     @property
     def drifting(self) -> bool:
-        """Whether one that lags comes nearer to the rotor's speed, or goes further away, without an end in sight."""
+        """True if the lag of a body falls or grows without an end in sight."""
         return any(undecided(lag) and lag.course is Course.DRIFTING for lag in self.lags)
 
     @property
     def growing(self) -> bool:
-        """Whether a modulation grows, or bodies move away from where they are: what comes of it is not known."""
+        """True if a modulation grows, or bodies leave their places: the outcome is not known."""
         modulated = self.varied.course is Course.DRIFTING and self.varied.high > max(2 * self.varied.last, MODULATION_THRESHOLD)
         left = self.left
         leaving = left is not None and left.course is Course.DRIFTING and left.high > max(2 * left.last, UNBALANCE_TOLERANCE)
@@ -117,7 +117,7 @@ class _Projections:
 def standing(
     machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float, noise: Noise
 ) -> Standing:
-    """Where a rotor stands that has made some turns. free: what its drive reaches without vibration. end, noise: of the run."""
+    """Assess a rotor that has made some turns. free: the speed of its drive without vibration. end, noise: of the run."""
     bodies = machine.group(rotor)
     index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not rotor]
     about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
@@ -126,14 +126,14 @@ def standing(
     expected = None if free is None else sense * free
     observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
     series = _series(whole, observed)
-    longer = max(1.0, end / max(float(whole.time[-1] - whole.time[0]), 1e-300))  # than its turns the run has lasted
+    longer = max(1.0, end / max(float(whole.time[-1] - whole.time[0]), 1e-300))  # the run, as a multiple of its turns
     reference = abs(expected or float(series.means[-1]))
-    balancing = unbalanced and bool(about) and len(vibration.mass) > 0  # else nothing turns the bodies to where they compensate
+    balancing = unbalanced and bool(about) and len(vibration.mass) > 0  # else nothing moves the bodies to compensating phases
     p = _projections(whole, series, longer, reference, observed, about, noise, balancing=balancing)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(x))) for b, x in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if p.asynchronous else sense * phase for phase in phases.values())])
-    # What is left of a compensated unbalance is rounding: its torque has the shape of the rotor's.
+    # The residual of a compensated unbalance is rounding: its torque has the shape of the rotor's.
     compensated = p.left is not None and p.left.last <= noise.angle
     alone = Vibration.of(machine).only(index[:1]) if compensated else vibration
     resonance = alone.last_maximum(expected, final[:1] if compensated else final)
@@ -186,7 +186,7 @@ def _projections(
     *,
     balancing: bool,
 ) -> _Projections:
-    """longer: times the record, the run. about: which of the others are about the rotor."""
+    """Project the numbers of a record. longer: times the record, the run. about: rows of the bodies about the rotor."""
     ahead, rounding = series.ahead * longer, max(series.rounding, noise.speed * reference)
     speeds = projected_each(np.column_stack([series.means, series.lows]), ahead, rounding)
     mean, lowest = speeds.one(0), speeds.one(1)
@@ -202,7 +202,7 @@ def _projections(
 
 
 def _endless(p: _Projections, e: Evidence[float], waits: list[float], noise: Noise, reference: float) -> str:
-    """Why what is not known will never be known; empty where it may be."""
+    """Return the reason why no longer run would decide; empty if one may."""
     if e.free_speed == 0 and not e.settled and waits == [math.inf] and p.mean.low < p.mean.last:
         return COASTS
     if p.growing:
@@ -215,7 +215,7 @@ def _endless(p: _Projections, e: Evidence[float], waits: list[float], noise: Noi
 
 
 def _open_numbers(p: _Projections, e: Evidence[float], noise: Noise, reference: float) -> list[tuple[Projection, float]]:
-    """The numbers by which it cannot be told what becomes of the rotor, each with its noise. reference: a speed."""
+    """Return the numbers that leave the outcome of the rotor open, each with its noise. reference: a speed."""
     of_speed = noise.speed * reference
     numbers = [] if e.settled and e.at_speed.known else [(p.mean, of_speed), (p.lowest, of_speed)]
     numbers += [] if p.left is None or e.balanced.known else [(p.left, noise.angle)]
@@ -225,11 +225,11 @@ def _open_numbers(p: _Projections, e: Evidence[float], noise: Noise, reference: 
 
 
 def _waits(p: _Projections, e: Evidence[float], reference: float, whole: Blocks, series: _Series) -> list[float]:
-    """In how many windows each number will be known that is not."""
+    """Return the windows until each open number will be known."""
     beats = p.beats and p.varied.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
     dies_out = beats and p.varied.course is Course.APPROACHING
     even = p.varied.windows_until(1e-3) if dies_out else math.inf  # mean and lowest speed settle with it
-    if e.free_speed == 0 and not e.settled:  # it coasts: nothing else is to be known
+    if e.free_speed == 0 and not e.settled:  # it coasts: nothing else is open
         return [windows_to_rest(whole, series.means)]
     waits = [] if e.settled else [min(p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference), even)]
     waits += [] if p.left is None or e.balanced.known else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
@@ -242,7 +242,7 @@ def _waits(p: _Projections, e: Evidence[float], reference: float, whole: Blocks,
 
 
 def unrest(least: Any, greatest: Any) -> np.ndarray:
-    """By how much a residual unbalance goes to and fro, as a share of its largest value; 0 where it is compensated.
+    """Return the range of a residual unbalance, as a share of its largest value; 0 if it is compensated.
 
     least, greatest: of the last half, as shares of the unbalance, of each motion.
     """
@@ -250,18 +250,18 @@ def unrest(least: Any, greatest: Any) -> np.ndarray:
 
 
 def _unrest(half: Blocks) -> float:
-    """That of a rotor."""
+    """The unrest of a rotor in its last half."""
     return float(unrest(half.least_sum.min(), half.greatest_sum.max()))
 
 
 def _now(last: Blocks) -> tuple[float, float]:
-    """The residual unbalance as it is."""
+    """The bounds of the residual unbalance in the last turns."""
     return float(last.least_sum.min()), float(last.greatest_sum.max())
 
 
 def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, float]:
-    """Between which bounds the range of a modulation will stay. It lasts if it is seen to: in cycles, even ones or many, whose
-    range hardly changes any more; else it may die out."""
+    """Return the bounds between which the range of a modulation will stay. It lasts if its cycles, even or many, hardly change
+    their range any more; else it may die out."""
     if varied.high <= MODULATION_THRESHOLD:
         return varied.bounds
     if observed is None:
@@ -277,8 +277,8 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
 
 
 def _needed(waits: list[float], varied: Projection, observed: Modulation | None, ahead: float, end: float) -> float:
-    """For how many more times the length of the record it must be watched, if it needs so many windows; or for more cycles of a
-    modulation that may not last, which are counted in the last half."""
+    """Return the further run, as a multiple of the record's length, for so many windows; or for more cycles of a modulation
+    that may not last, which are counted in the last half."""
     if observed is not None and observed.regular and observed.cycles < _FEWEST_UNEVEN and varied.course is Course.STATIONARY:
         return max(0.0, 2 * _FEWEST_UNEVEN * observed.period / end - 1)
     return max(waits, default=0.0) * LOOKAHEAD / ahead
@@ -286,7 +286,7 @@ def _needed(waits: list[float], varied: Projection, observed: Modulation | None,
 
 @dataclass(frozen=True)
 class _Series:
-    """Mean, least and greatest speed (w,) in successive windows, how many of these are looked ahead, and their rounding."""
+    """Mean, least and greatest speed (w,) in successive windows, the number of windows to look ahead, and their rounding."""
 
     means: np.ndarray
     lows: np.ndarray
@@ -296,7 +296,7 @@ class _Series:
 
 
 def _series(whole: Blocks, observed: Modulation | None) -> _Series:
-    """The windows are tenths of the record; where a modulation is slower than that, groups of its cycles."""
+    """Return the series over tenths of the record; with a slower modulation, over groups of its cycles."""
     duration = float(whole.time[-1] - whole.time[0])
     if observed is not None and _by_cycles(whole, observed):
         rounding = _CYCLES_ROUNDING * (observed.high - observed.low)
@@ -308,8 +308,8 @@ def _series(whole: Blocks, observed: Modulation | None) -> _Series:
 
 
 def _left(whole: Blocks, ahead: float, noise: Noise) -> Projection:
-    """The unbalance that will be left: while bodies still move and it falls, it may fall to nothing; one that has begun to rise
-    may go on to do so."""
+    """Project the residual unbalance: while bodies still move and it falls, it may fall to zero; one that has begun to rise
+    may continue to do so."""
     moving, sizes = _unrest(whole.last(WINDOWS * SHARE)) > UNREST, windows_of(whole.greatest_sum).max(axis=1)
     p = falling(sizes, ahead, noise.angle, even_if_approaching=moving)
     later = projected(sizes[1:], ahead, noise.angle)
@@ -321,11 +321,11 @@ def _left(whole: Blocks, ahead: float, noise: Noise) -> Projection:
 
 
 def _of_positive(p: Projection) -> Projection:
-    """The projection of a number that cannot be less than zero."""
+    """Clip the projection of a number that cannot be less than zero."""
     return replace(p, low=max(p.low, 0.0))
 
 
 def _by_cycles(whole: Blocks, observed: Modulation) -> bool:
-    """Whether a modulation is so slow that means are to be taken over whole cycles of it."""
+    """True if a modulation is so slow that means are to be taken over whole cycles of it."""
     duration, most = float(whole.time[-1] - whole.time[0]), _TENTHS if observed.regular else _TENTHS_IRREGULAR
     return most * observed.period > SHARE * duration

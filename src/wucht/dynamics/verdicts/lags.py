@@ -1,4 +1,4 @@
-"""Whether a body lags behind its rotor, by how much; and whether bodies that are modulated together drift apart."""
+"""The lag of a body behind its rotor, and the divergence of bodies that are modulated together."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from wucht.numerics.observers.turns import PER_TURN
 
 _CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
-LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
+LIBRATION = math.pi / 2  # rad: a body that swings by less about its place on the rotor keeps doing so
 _TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
-_WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
+_WIDER = 2.0  # times the observed range of the lag: it may leave that by as much
 _IRREGULAR, _MANY_SLIPS = 0.1, 1000  # of the lag, and turns: a body that tumbles irregularly lags if it has done so for so long
 _SMALL, _GROWING = 0.1, 1.05  # rad, and from quarter to quarter of the record: a swing that grows
-_CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
+_CATCHING_UP = 0.25  # of the lag: a drift that removes less of it in the windows ahead does not count
 
 
 @dataclass(frozen=True)
 class Lag(Projection):
-    """By how much a body will lag, as a share of the speed. windows: in how many that is known. growing: it swings about its
-    place, ever further."""
+    """Projected lag of a body, as a share of the speed. windows: until it is known. growing: it swings about its place, ever
+    further."""
 
     growing: bool = False
 
 
 def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarray | None, noise: Noise) -> Lag:
-    """The lag of a body: none as long as it goes to and fro within a turn.
+    """Project the lag of a body: zero as long as it swings within a turn.
 
-    i: which of the others. speed: the rotor's. ahead: how many windows are looked ahead. borders: of the groups of cycles that
+    i: its row among the followers. speed: the rotor's. ahead: the windows to look ahead. borders: of the groups of cycles that
     are the windows; None: tenths of the record. noise: of the integration.
     """
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
@@ -62,14 +62,14 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     late, slips = float(np.ptp(slip[-max(2, len(slip) // 5) :])), float(np.ptp(slip)) / (2 * math.pi)
     irregular = np.ptp(means) > _IRREGULAR * abs(last)
     if wait is None and (late < 2 * math.pi or (irregular and slips < _MANY_SLIPS)):
-        wait = math.inf  # nothing says when a body is caught that slips slowly, or tumbles
+        wait = math.inf  # the time at which a body is caught that slips slowly, or tumbles, is not known
     if wait is None:
         return Lag(last, low, high, p.course, replace(p, low=low, high=high).windows_until(LAG_TOLERANCE))
     return Lag(last, min(low, 0.0), max(high, 0.0), p.course, wait)
 
 
 def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> float | None:
-    """In how many windows a body turns with the rotor if its lag goes on to fall as it does; None if it does not get there."""
+    """Return the windows until a body turns with the rotor if its lag continues to fall; None if it does not reach that."""
     sizes = np.abs(means)
     change = abs(float(means[-1] - means[-2])) * ahead
     if p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last):
@@ -82,13 +82,13 @@ def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> 
 
 
 def grows(slip: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Whether a swing grows that is not small."""
+    """True if a swing grows that is not small."""
     earlier, late = (np.ptp(part, axis=axis) for part in np.array_split(slip, 2, axis=axis))
     return np.asarray(late > np.maximum(_SMALL, _GROWING * earlier))
 
 
 def _librates(slip: np.ndarray) -> bool:
-    """Whether a body swings by less than a quarter of a turn about its place, or further, but evenly and without tumbling."""
+    """True if a body swings by less than a quarter of a turn about its place, or further, but evenly and without tumbling."""
     if np.ptp(slip) < LIBRATION:
         return True
     earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
@@ -96,20 +96,20 @@ def _librates(slip: np.ndarray) -> bool:
 
 
 def undecided(lag: Projection) -> bool:
-    """Whether it cannot be told if a body lags."""
+    """True if it is not known whether a body lags."""
     return (lag.low < -LAG_TOLERANCE <= lag.high) or (lag.low <= LAG_TOLERANCE < lag.high)
 
 
-_SEEN = 1e-4  # rad: a difference that is seen beside what cycles are known to
+_SEEN = 1e-4  # rad: a difference that exceeds the accuracy of cycles
 _APART = 1.0  # rad
 _SLOWS_DOWN = 0.5  # of its first growth, in the logarithm: what grows less at last comes to a limit
 
 
 def windows_until_apart(whole: Blocks, about: Sequence[int], borders: np.ndarray, noise: Noise) -> float:
-    """In how many windows two of the bodies about a rotor have parted, as their difference grows; inf where none does.
+    """Return the windows until two bodies about a rotor have diverged, as their difference grows; inf if none does.
 
-    about: which of the others. borders: the times (g + 1,) between groups of whole cycles, the windows. noise: of the
-    integration.
+    about: their rows among the followers. borders: the times (g + 1,) between groups of whole cycles, the windows. noise: of
+    the integration.
     """
     turned = np.cumsum((whole.followers[list(about)] / whole.speed - 1) * (2 * math.pi * whole.size / PER_TURN), axis=1)
     at = np.searchsorted(whole.time, borders)
@@ -119,9 +119,9 @@ def windows_until_apart(whole: Blocks, about: Sequence[int], borders: np.ndarray
 
 
 def _until_apart(sizes: Sequence[float], least: float) -> float:
-    """In how many windows a difference of such sizes in successive windows is a radian; inf if it is not going to be.
+    """Return the windows until a difference of such sizes in successive windows is a radian; inf if it will not be.
 
-    least: below it a difference is none.
+    least: smaller differences are treated as zero.
     """
     if len(sizes) < 3 or min(sizes) < least:
         return math.inf

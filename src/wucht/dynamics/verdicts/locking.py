@@ -1,4 +1,4 @@
-"""Rotors that may be entrained: whether they turn at one mean speed, and what became of each at its resonance."""
+"""Rotors that may be entrained: the evidence for a common mean speed, and the outcome of each at its resonance."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from wucht.numerics.observers.turns import PER_TURN
 
 _ROUNDING = 1e-8  # of the speed: how mean speeds over whole periods change below is rounding
 _AT_REST = 1e-4  # rad: a phase that moves less from window to window is at rest
-_BOUNDED = 0.2  # of the mean speed: it will not change by more where the rotors are not locked for good
+_BOUNDED = 0.2  # of the mean speed: it will not change by more if the rotors are permanently not locked
 _SHARE = 0.5  # of the run: the last part, over which is averaged
 
 
 @dataclass(frozen=True)
 class Locked:
-    """The evidence, and what goes into the summary.
+    """The evidence of locking, and numbers for the summary.
 
     speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
     rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
-    begin and end time. amplitudes: mean, least and greatest there. smooth_speeds: the same as ``speeds``, where a modulation is
-    cut at the ends. change: the largest between the halves of the window. creep: by how much the slow phases moved in the
+    begin and end time. amplitudes: mean, least and greatest there. smooth_speeds: the same as ``speeds``, for a modulation that
+    is cut at the ends. change: the largest between the halves of the window. creep: the motion of the slow phases in the
     second half of it, in rad.
     """
 
@@ -49,13 +49,13 @@ class Locked:
 
 
 def is_locking(machine: Machine) -> bool:
-    """Whether a machine is judged by locking: its carrier is shaken harmonically, or several of its rotors are free to turn."""
+    """True if a machine is judged by locking: its carrier is shaken harmonically, or several of its rotors are free to turn."""
     free = sum(r.coordinate.prescribed is None for r in machine.rotors)
     return free > 1 or (free == 1 and machine.shaken is not None and machine.shaking_frequency is not None)
 
 
 def locked(machine: Machine, seen: Observation) -> Locked | None:
-    """Mean speeds and phases of a run; None where the main rotor does not make a single period in its last half."""
+    """Assess mean speeds and phases of a run; None if the main rotor does not make a single period in its last half."""
     main, names = machine.rotor.name, [b.name for b in machine.bodies]
     by_vibration = seen.vibration is not None
     record = seen.rotors[main] if seen.vibration is None else seen.vibration
@@ -66,14 +66,14 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
         return None
 
     def of_rotors(values: np.ndarray) -> dict[str, Any]:
-        """Of values for the leading motion and for those beside it, those of the rotors."""
+        """Select the values of the rotors from those of the leading motion and of its followers."""
         return {r.name: values[leading.index(r.name)] for r in machine.rotors}
 
     speeds, smooth = (of_rotors((half.sense * x).tolist()) for x in (half.mean_speeds, half.smooth_mean_speeds))
     earlier, later = (of_rotors(part.smooth_mean_speeds) for part in (half.part(slice(len(half) // 2)), half.last(0.5)))
     phases = rotor_phases(machine, half.time, of_rotors(np.array([half.angle, *half.angles])))
     evidence = _evidence(machine, record.whole, periods, of_rotors, seen.noise)
-    # Rotors that turn at speeds of their own have no period in common.
+    # Rotors that turn at different speeds have no period in common.
     apart = not by_vibration and evidence.locked is False
     return Locked(
         evidence,
@@ -90,7 +90,7 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
 def _evidence(
     machine: Machine, whole: Blocks, periods: int, of_rotors: Callable[[np.ndarray], dict[str, Any]], noise: Noise
 ) -> Locking:
-    """What the criteria need. of_rotors: of values for the leading motion and those beside it, those of the rotors."""
+    """Return what the criteria need. rotor_values: selects those of the rotors from the leading motion and its followers."""
     phases = rotor_phases(machine, whole.time, of_rotors(np.array([whole.angle, *whole.angles])))
     each = of_rotors(np.array([whole.speed, *whole.followers]))
     main, frequency = machine.rotor.name, machine.shaking_frequency
@@ -111,24 +111,24 @@ def _evidence(
 
 
 def _apart(means: np.ndarray, rounding: float) -> Bounds:
-    """Between which bounds a difference of speeds will stay: one that mostly falls goes on to do so."""
+    """Return the bounds between which a difference of speeds will stay: one that mostly falls continues to do so."""
     way = math.copysign(1.0, means[-1])
     p = falling(way * means, AHEAD, rounding)
     return (p.low, p.high) if way > 0 else (-p.high, -p.low)
 
 
 def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """As sigma phi (N,), of the main rotor to the vibration (``vibration``), or of the others to it. angles: of all of them."""
+    """Return sigma phi (N,) of the main rotor to the vibration (``vibration``), or of other rotors to it. angles: of all."""
     turned = {name: math.copysign(1.0, angle[-1] - angle[0]) * angle for name, angle in angles.items()}
     origin, frequency = turned.pop(machine.rotor.name), machine.shaking_frequency
     return {n: a - origin for n, a in turned.items()} if frequency is None else {"vibration": origin - frequency * time}
 
 
 def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> tuple[dict[str, Outcome], Evidence[float] | None]:
-    """What became of each of several rotors that are free to turn; and the evidence of their common motion, if they are locked.
+    """Return the outcome of each of several rotors that are free to turn, and the evidence of their common motion if locked.
 
-    Rotors that are locked excite the vibration together, in the phases they have, and one speed belongs to them, at which all
-    drives together are in balance. What they do to each other meanwhile, with phases at rest, is no part of that.
+    Rotors that are locked excite the vibration together, in the phases they have, and have one common free speed, at which all
+    drives together are in balance. The torques between them, with phases at rest, do not count.
     """
     end, stands, free = seen.end_time, dict[str, Standing](), [r for r in machine.rotors if r.coordinate.prescribed is None]
     for rotor in free if len(free) > 1 else []:
@@ -140,7 +140,7 @@ def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> tuple[
 
 
 def _common(machine: Machine, seen: Observation, means: Locked, stands: dict[str, Standing]) -> Evidence[float] | None:
-    """The evidence of the common motion of rotors that are locked; None where they are not, or one is not free to turn."""
+    """Return the evidence of the common motion of locked rotors; None if they are not locked, or one is not free to turn."""
     record, locked = seen.common, means.evidence.locked and seen.vibration is None and len(stands) == len(machine.rotors)
     # Without a drive a rotor may turn either way, but vibration and mean angle are those of one that turns counter-clockwise.
     as_driven = all(means.speeds[r.name] * sense_of(machine, r) > 0 for r in machine.rotors)
@@ -158,7 +158,7 @@ def _common(machine: Machine, seen: Observation, means: Locked, stands: dict[str
 
 
 def _as_one(stands: Standing, common: Evidence[float]) -> Evidence[float]:
-    """The evidence of a rotor in the common motion: the bodies about it are its own, and a swing that lasts."""
+    """Return the evidence of a rotor in the common motion, with its bodies, and its modulation if that lasts."""
     own = stands.evidence
     return replace(
         common,

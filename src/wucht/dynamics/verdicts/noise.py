@@ -1,4 +1,4 @@
-"""What rounding and the tolerance of an integration make of a motion at rest."""
+"""Noise of a motion at rest, from rounding and the tolerance of an integration."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _SPEED_ROUNDING, _ANGLE_ROUNDING = 1e-10, 1e-7
 
 @dataclass(frozen=True)
 class Noise:
-    """By how much what is at rest changes from window to window: smaller changes are none.
+    """Change of a number at rest from window to window: smaller changes are treated as zero.
 
     Attributes
     ----------
     speed : float
-        Of mean, lowest and highest speed averaged over turns, as a share of the speed.
+        For mean, lowest and highest speed averaged over turns, as a share of the speed.
     angle : float
-        Of a phase in rad; and of what is left of an unbalance, as a share of it.
+        For a phase in rad; and for the residual of an unbalance, as a share of it.
     """
 
     speed: float
@@ -30,11 +30,11 @@ class Noise:
 
     @classmethod
     def of(cls, tolerance: float = DEFAULT_TOLERANCE) -> Self:
-        """The noise of an integration with a tolerance: its steps are accurate to that share of the largest speed."""
+        """Return the noise of an integration with a tolerance: its steps are accurate to that share of the largest speed."""
         return cls(max(_SPEED_ROUNDING, _SPEED * tolerance), max(_ANGLE_ROUNDING, _ANGLE * tolerance))
 
     def widened(self, bounds: np.ndarray) -> np.ndarray:
-        """Bounds (2, ...) of what is left of an unbalance; where they are no further apart than noise, wider by as much."""
+        """Widen bounds (2, ...) of a residual unbalance by their distance if that is no larger than the noise."""
         low, high = bounds
         margin = np.where(high - low <= 2 * self.angle, high - low, 0.0)
         return np.array([low - margin, high + margin])

@@ -1,4 +1,4 @@
-"""What is seen of a machine's motion while it runs: a pure function of the motion, whatever of it is stored."""
+"""Observation of a machine's motion while it runs: a pure function of the motion, however little of it is stored."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ Rows = Mapping[str, np.ndarray]
 
 
 def rows_of(compiled: CompiledSystem, t: Trajectory) -> dict[str, np.ndarray]:
-    """The states and outputs (N,) of a trajectory, by name."""
+    """Return the states and outputs (N,) of a trajectory, by name."""
     return dict(zip(compiled.system.state_names, t.states, strict=True)) | compiled.outputs(t.time, t.states, t.parameters)
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """The motion of the main rotor's axis about where it rests: offset and velocity (m, N), in the directions it has."""
+    """Motion of the main rotor's axis about its rest position: offset and velocity (m, N), in the directions it has."""
 
     time: np.ndarray
     offset: np.ndarray
@@ -42,29 +42,29 @@ class Orbit:
 
     @classmethod
     def of(cls, machine: Machine, time: np.ndarray, rows: Rows, at_rest: Mapping[str, float] | None = None) -> Orbit:
-        """From the outputs of the machine's System. at_rest: where the axis rests, if that is known already."""
+        """Compute it from the outputs of the machine's System. at_rest: the rest position, if that is known already."""
         rest, shape = at_rest or axis_at_rest(machine), (len(machine.orbit), len(time))
         offset = np.array([rows[f"orbit.{n}"] - rest[n] for n in machine.orbit]).reshape(shape)
         return cls(time, offset, np.array([rows[f"orbit.v{n}"] for n in machine.orbit]).reshape(shape))
 
     @property
     def distance(self) -> np.ndarray:
-        """From where the axis rests (N,)."""
+        """The distance from the rest position (N,)."""
         return np.asarray(np.hypot.reduce(self.offset, axis=0))
 
     @property
     def square(self) -> np.ndarray:
-        """Of the distance (N,)."""
+        """The square of the distance (N,)."""
         return np.asarray((self.offset * self.offset).sum(axis=0))
 
     @property
     def square_rate(self) -> np.ndarray:
-        """Its derivative (N,)."""
+        """The derivative of the square (N,)."""
         return np.asarray(2 * (self.offset * self.velocity).sum(axis=0))
 
     @property
     def begins_at_rest(self) -> bool:
-        """Whether the axis rests in the first sample."""
+        """True if the axis rests in the first sample."""
         both = (self.offset, self.velocity)
         return all(bool((np.abs(x[:, 0]) <= _AT_REST * np.abs(x).max(initial=0.0)).all()) for x in both)
 
@@ -75,9 +75,9 @@ class Orbit:
 
 
 def balanced(before: EnergyBalance, stored: np.ndarray, works: Rows) -> tuple[EnergyBalance, np.ndarray]:
-    """The energy balance of the contract after a part of the motion, and the residual (N,) over it.
+    """Return the energy balance of the contract after a part of the motion, and the residual (N,) over it.
 
-    stored: energy (N,). works: since the start of the run, by quadrature; what a schedule carries in may be missing.
+    stored_energy: (N,). works: since the start of the run, by quadrature; that of a schedule may be missing.
     """
     carried = works.get(SCHEDULED, np.zeros(len(stored)))
     return before.after(stored, np.array([works[SUPPLIED], carried]), works[LOST])
@@ -87,10 +87,10 @@ def balanced(before: EnergyBalance, stored: np.ndarray, works: Rows) -> tuple[En
 class Observation:
     """A motion so far.
 
-    rotors: turn by turn of each rotor, by name; the others beside it are all other bodies in the machine's order. vibration:
-    by periods of a prescribed vibration, beside it all bodies. Their distance is that of the main rotor's axis from where it
-    rests; largest: of it. main: the main rotor over time. noise: of the integration. end_time: how far. common: where several
-    rotors are free to turn, the main rotor at the mean of their angles, turn by turn.
+    rotors: turn by turn of each rotor, by name; its followers are all other bodies in the machine's order. vibration:
+    by periods of a prescribed vibration, followed by all bodies. Their distance is that of the main rotor's axis from its
+    rest position; largest: of it. main: the main rotor over time. noise: of the integration. end_time: of the motion so far.
+    common: if several rotors are free to turn, the main rotor at the mean of their angles, turn by turn.
     """
 
     rotors: Mapping[str, TurnRecord]
@@ -104,7 +104,7 @@ class Observation:
 
 @dataclass(frozen=True)
 class Watch:
-    """Watches a machine. span: of time, in which the fastest motion is sampled several times. noise: of the integration."""
+    """Observer of a machine. span: of time, in which the fastest motion is sampled several times. noise: of the integration."""
 
     machine: Machine
     span: float
@@ -118,14 +118,14 @@ class Watch:
 
     @cached_property
     def _sliding(self) -> list[tuple[int, int, float]]:
-        """Of each body in which a mass slides its number, the row of the displacement, and what that adds to the unbalance."""
+        """For each body in which a mass slides: its number, the row of the displacement, and its moment in the unbalance."""
         machine, along = self.machine, moments_along_guides(self.machine).tolist()
         rows = {x.name: machine.row(x.coordinate.position) for x in machine.sliders}
         return [(i, rows[b.name], m) for i, (b, m) in enumerate(zip(machine.bodies, along, strict=True)) if m]
 
     @cached_property
     def _shares(self) -> dict[str, np.ndarray]:
-        """By rotor, what makes unbalances of all bodies (n, 1) shares of its own; zero for those of other rotors."""
+        """By rotor, the factors (n, 1) that make bodies' unbalances shares of its unbalance; zero for other rotors' bodies."""
         machine = self.machine
         return {
             r.name: np.array([[float(b in machine.group(r)) / unbalance_scale(machine, r)] for b in machine.bodies])
@@ -134,10 +134,10 @@ class Watch:
 
     @cached_property
     def _of_common(self) -> np.ndarray:
-        """The shares of the bodies' angles (n,) in the common motion of several free rotors, else none.
+        """The shares of the bodies' angles (n,) in the common motion of several free rotors; empty without such.
 
-        They are those of the rotors' inertias, with the senses in which they turn: what the rotors do to each other, equal and
-        opposite, does not change the mean.
+        They are those of the rotors' inertias, with the senses in which they turn: the torques between the rotors, equal and
+        opposite, do not change the mean.
         """
         machine = self.machine.at(self.machine.breakpoints[-1])
         inertias = {r: rotor_inertia(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
@@ -151,7 +151,7 @@ class Watch:
         return axis_at_rest(self.machine)
 
     def begin(self) -> Observation:
-        """Before anything has been seen."""
+        """Return the empty observation."""
         others = len(self.machine.bodies) - 1
         shaken = self.machine.shaking_frequency is not None
         machine = self.machine.at(self.machine.breakpoints[-1])
@@ -160,7 +160,7 @@ class Watch:
         return Observation(rotors, vibration, SpanRecord(self.span), self.noise, common=common)
 
     def samples(self, motion: Trajectory) -> Samples:
-        """Of the machine's motion what is watched: all bodies in their order."""
+        """Return the observed samples of the machine's motion: all bodies in their order."""
         samples = Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
         rows = self._orbit(motion.time, motion.states, motion.parameters)
         orbit = Orbit.of(self.machine, motion.time, rows, self._at_rest)
@@ -170,11 +170,11 @@ class Watch:
         return replace(samples, square=orbit.square, rate=orbit.square_rate, moments=moments)
 
     def looked(self, seen: Observation, motion: Trajectory) -> Observation:
-        """See ``after``."""
+        """Return the observation after a part of the motion: see ``update_from_samples``."""
         return self.after(seen, self.samples(motion))
 
     def after(self, seen: Observation, samples: Samples) -> Observation:
-        """After a part of the motion, which may begin with the last sample of the part before."""
+        """Return the observation after a part of the motion, which may begin with the last sample of the part before."""
         machine, names = self.machine, [b.name for b in self.machine.bodies]
         rotors, vibration, frequency = {}, seen.vibration, machine.shaking_frequency
         for name, record in seen.rotors.items():
@@ -193,7 +193,7 @@ class Watch:
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:
-    """The unbalances of a rotor and of all other bodies, zero of those of other rotors, as shares of its own."""
+    """Return the unbalances of a rotor and of all other bodies, zero for other rotors' bodies, as shares of the rotor's."""
     own, bodies = unbalances(machine), machine.bodies
     group = [bodies.index(b) for b in machine.group(rotor)]
     scale = unbalance_scale(machine, rotor)
@@ -202,7 +202,7 @@ def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:
 
 
 def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:
-    """Angle and speed of a body over a run, (N,) each."""
+    """Return angle and speed of a body over a run, (N,) each."""
     angle = trajectory.states[machine.row(body.coordinate.position)]
     if body.coordinate.prescribed is not None:
         return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
@@ -210,13 +210,13 @@ def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> t
 
 
 def fastest_of(machine: Machine, motion: Trajectory) -> float:
-    """The largest speed (rad per time) at which a body of the machine turns in a motion, prescribed speeds included."""
+    """The largest speed (rad per time) of a body of the machine in a motion, prescribed speeds included."""
     given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
     largest = [np.abs(machine.prescribed_speed(c, motion.time)).max(initial=0.0) for c in given]
     return float(max([fastest_in_each(machine, motion.states).max(initial=0.0), *largest]))
 
 
 def fastest_in_each(machine: Machine, states: np.ndarray) -> np.ndarray:
-    """The largest speed at which a body turns that is free to, in each of states (n, N)."""
+    """The largest speed (N,) of a body that is free to turn, in each of states (n, N)."""
     free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
     return np.asarray(np.abs(states[free]).max(axis=0, initial=0.0))

@@ -1,4 +1,4 @@
-"""Outcomes: every run gets a label. The contract's criteria, decided from a few numbers, not from a trajectory.
+"""Outcomes: every run has a label. The contract's criteria, decided from a few numbers, not from a trajectory.
 
 They are written for M motions at once; one run is one of them, whose numbers are no arrays.
 """
@@ -24,12 +24,12 @@ FEWEST_TURNS = 6  # of a rotor that turns
 
 
 class Outcome(StrEnum):
-    """How a run ended, and that in words."""
+    """Outcome of a run, with its sentence."""
 
     sentence: str
 
     def __new__(cls, label: str, sentence: str) -> Self:
-        """A label with its sentence."""
+        """Create a label with its sentence."""
         member = str.__new__(cls, label)
         member._value_, member.sentence = label, sentence
         return member
@@ -52,9 +52,9 @@ class Outcome(StrEnum):
 
 OUTCOMES = tuple(Outcome)
 THROUGH = (Outcome.COMPENSATED, Outcome.PASSED)  # the resonance is passed
-OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # could have come to any other
+OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # any other outcome is possible
 
-Bounds = tuple[float, float]  # between which something will stay, as far as it can be told
+Bounds = tuple[float, float]  # between which a number is expected to stay
 T = TypeVar("T", float, np.ndarray)  # a number; of M motions an array (M,)
 _ZERO: Any = (0.0, 0.0)
 _ANY: Any = (0.0, math.inf)
@@ -62,20 +62,20 @@ _ANY: Any = (0.0, math.inf)
 
 @dataclass(frozen=True)
 class Fact:
-    """Whether something holds: ``yes``, ``no``, or neither, where it is not known yet. Of M motions each is an array (M,)."""
+    """Truth of a criterion: ``yes``, ``no``, or neither while it is not known. For M motions each is an array (M,)."""
 
     yes: Any
     no: Any
 
     @classmethod
     def within(cls, bounds: tuple[Any, Any], low: Any, high: Any) -> Self:
-        """Whether what stays between bounds stays between limits."""
+        """Decide if a number that stays between bounds stays between limits."""
         least, most = bounds
         return cls((low <= least) & (most <= high), (most < low) | (high < least))
 
     @classmethod
     def above(cls, bounds: tuple[Any, Any], limit: Any, *, or_at: bool = False) -> Self:
-        """Whether it stays above a limit."""
+        """Decide if it stays above a limit."""
         least, most = bounds
         if or_at:
             return cls(least >= limit, most < limit)
@@ -83,7 +83,7 @@ class Fact:
 
     @property
     def known(self) -> Any:
-        """Whether it is known."""
+        """True if it is known."""
         return self.yes | self.no
 
     def __bool__(self) -> bool:
@@ -102,15 +102,15 @@ _NO = ~_YES
 
 @dataclass(frozen=True)
 class Evidence(Generic[T]):
-    """What the criteria need: of numbers the bounds between which they will stay. Speeds are positive as the rotor turns.
+    """Evidence for the criteria: for numbers the bounds between which they will stay. Speeds are positive as the rotor turns.
 
-    turning: at least a few turns were made. mean_speed, lowest_speed: of the rotor, averaged over turns. settled: its mean
-    speed will not change by more than 0.5 % any more, and what it does goes on. free_speed: what the drive reaches without
+    turning: at least a few turns were made. mean_speed, lowest_speed: of the rotor, averaged over turns. has_settled: its mean
+    speed will not change by more than 0.5 % any more, and its motion lasts. free_speed: the drive's speed without
     vibration, None if that is not determined (of M motions: nan). resonance: speed of the last maximum of the vibration torque
     below it, None if there is none (nan). residual: largest share of the rotor's unbalance that is left (1: as without
-    balancers), None without unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation:
+    balancers), None without unbalance. lags: of each body behind the rotor, as a share of its speed. modulation:
     the range of the speed, as a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the
-    largest there was. unheld: nothing can hold the speed before the limit, from where it is.
+    largest in the run. unheld: from its present value on nothing limits the speed below the speed limit.
     """
 
     turning: bool | np.ndarray
@@ -128,7 +128,7 @@ class Evidence(Generic[T]):
 
     @property
     def at_speed(self) -> Fact:
-        """Whether the rotor holds what the drive reaches without vibration, within 0.5 %."""
+        """True if the rotor holds the drive's speed without vibration, within 0.5 %."""
         if self.free_speed is None:
             return _NO
         reach = SPEED_TOLERANCE * abs(self.free_speed)
@@ -138,17 +138,17 @@ class Evidence(Generic[T]):
 
     @property
     def balanced(self) -> Fact:
-        """Whether less than 1 % of the unbalance is left."""
+        """True if less than 1 % of the unbalance is left."""
         return _NO if self.residual is None else ~Fact.above(self.residual, UNBALANCE_TOLERANCE, or_at=True)
 
     @property
     def asynchronous(self) -> Fact:
-        """Whether a body lags by more than 0.1 % of the speed."""
+        """True if a body lags by more than 0.1 % of the speed."""
         return ~functools.reduce(Fact.__and__, (Fact.within(x, -LAG_TOLERANCE, LAG_TOLERANCE) for x in self.lags), _YES)
 
     @property
     def beyond(self) -> Fact:
-        """Whether the rotor stays beyond its resonance."""
+        """True if the rotor stays beyond its resonance."""
         if self.resonance is None:
             return _YES
         above = Fact.above(self.lowest_speed, self.resonance)
@@ -156,22 +156,22 @@ class Evidence(Generic[T]):
 
     @property
     def modulated(self) -> Fact:
-        """Whether the speed varies by more than 0.2 %."""
+        """True if the speed varies by more than 0.2 %."""
         return Fact.above(self.modulation, MODULATION_THRESHOLD)
 
 
 def classify(e: Evidence[float]) -> Outcome:
-    """The outcome of one motion: see ``classify_each``."""
+    """Return the outcome of one motion: see ``classify_each``."""
     return OUTCOMES[int(classify_each(e))]
 
 
 def classify_each(e: Evidence[Any]) -> np.ndarray:
-    """The places in ``OUTCOMES`` (M,) of M motions; () of one.
+    """Return the places in ``OUTCOMES`` (M,) of M motions; () of one.
 
-    It is the outcome that all that can still come of a motion gives, each criterion taken for itself; ``unidentified`` where
-    that is not one alone. In this order:
+    It is the single outcome that remains possible for a motion, each criterion taken for itself; ``unidentified`` if several
+    remain. In this order:
 
-    1. ``runaway``: beyond the limit, or on the way there with nothing that could hold it.
+    1. ``runaway``: beyond the limit, or approaching it with nothing that could limit the speed.
     2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more.
     3. ``unidentified``: the mean speed is not settled.
     4. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no body lags.
@@ -189,7 +189,7 @@ def classify_each(e: Evidence[Any]) -> np.ndarray:
 
 @functools.cache
 def _outcomes() -> np.ndarray:
-    """The places in ``OUTCOMES`` of motions that turn, by their facts, each 0, 1, or -1 where it is not known."""
+    """Table of the places in ``OUTCOMES`` of motions that turn, by their facts, each 0, 1, or -1 if it is not known."""
     table, unknown = np.empty((3,) * 5, np.int8), OUTCOMES.index(Outcome.UNIDENTIFIED)
     for facts in itertools.product((0, 1, -1), repeat=5):
         possible = {_outcome(*each) for each in itertools.product(*((0, 1) if f < 0 else (f,) for f in facts))}
@@ -198,7 +198,7 @@ def _outcomes() -> np.ndarray:
 
 
 def _outcome(at_speed: int, balanced: int, asynchronous: int, beyond: int, modulated: int) -> Outcome:
-    """The outcome of a motion of which all is known."""
+    """Return the outcome of a motion with all facts known."""
     if at_speed and balanced and not asynchronous:
         return Outcome.COMPENSATED
     if beyond or (asynchronous and at_speed):
@@ -213,10 +213,10 @@ PHASE_TOLERANCE = 0.2 * math.pi
 
 @dataclass(frozen=True)
 class Locking:
-    """Of rotors that may be entrained. periods: how many whole ones were seen.
+    """Evidence of the locking of rotors that may be entrained. periods: the number of whole periods observed.
 
-    apart: by how much the mean speed of each compared rotor differs from the reference, as a share of that; phases: the slow
-    phases to it, in rad; both the bounds between which they will stay. bounded: whether the speeds will.
+    speed_differences: of the mean speed of each compared rotor to the reference, as shares of that; phases: the slow
+    phases to it, in rad; both the bounds between which they will stay. is_bounded: the speeds stay bounded.
     """
 
     periods: int
@@ -226,9 +226,9 @@ class Locking:
 
     @property
     def locked(self) -> bool | None:
-        """Whether all turn at one mean speed with phases at rest; None: it cannot be told.
+        """True if all turn at one mean speed with phases at rest; None if that is not known.
 
-        Locked: within 0.1 %, with phases that will move by less than a tenth of a turn. Not: a rotor is further off for good.
+        Locked: within 0.1 %, with phases that will move by less than a tenth of a turn. Not: a rotor stays further off.
         """
         if self.periods < FEWEST_PERIODS:
             return None
@@ -239,7 +239,7 @@ class Locking:
         return True if at_rest and all(fact.yes for fact in each) else None
 
     def outcome(self, *, by_vibration: bool) -> Outcome:
-        """``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: by a prescribed vibration."""
+        """Return ``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: by a prescribed vibration."""
         yes, no = (
             (Outcome.ENTRAINED, Outcome.NOT_ENTRAINED) if by_vibration else (Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED)
         )

@@ -1,6 +1,6 @@
 """The evidence of many motions at once, from samples at even times: of those that settle about a turning rotor.
 
-The criteria are those of one run. What samples cannot tell (cycles of a modulation, bodies that lag) is left open: such a
+The criteria are those of one run. What samples do not show (cycles of a modulation, bodies that lag) is left open: such a
 motion is ``unidentified`` here, and its turns decide (``evidence``).
 """
 
@@ -18,11 +18,11 @@ from wucht.dynamics.verdicts.outcomes import FEWEST_TURNS, MODULATION_THRESHOLD,
 from wucht.numerics.observers.projection import WINDOWS, projected_each
 
 _ROUNDING = 1e-9  # of the speed: changes below are none
-_RIPPLE = 1e-3  # of the range of the speed in a window: so well its mean is known
-_STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: who moves by less is at rest, but for rounding or a drift
+_RIPPLE = 1e-3  # of the range of the speed in a window: the accuracy of its mean
+_STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: smaller changes are rest, but for rounding or a drift
 _NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
-_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.projected_each``
-_FEWEST_CYCLES = 3  # of a modulation, which are worth a closer look
+_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.project_signals``
+_FEWEST_CYCLES = 3  # of a modulation, which are worth a full classification
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class LastHalf:
     """The last half of the motion of M members at K even times, K a multiple of five.
 
     duration: of it. speed: of the main rotor (K, M). phases: of the bodies about it, as they turn
-    (b, K, M). left: the magnitude of what is left of the rotor's unbalance, as a share of it (K, M).
+    (b, K, M). residual: the magnitude of the rotor's residual unbalance, as a share of its unbalance (K, M).
     """
 
     duration: float
@@ -40,7 +40,7 @@ class LastHalf:
 
     @property
     def sense(self) -> np.ndarray:
-        """In which the rotor turns in the end, +1 or -1 (M,)."""
+        """The sense in which the rotor turns at the end, +1 or -1 (M,)."""
         return np.where(self.speed[-1] < 0, -1, 1)
 
 
@@ -48,10 +48,10 @@ class LastHalf:
 class Screening:
     """The evidence of M motions, without their resonances; each array (M,).
 
-    evidence: ``settled`` where all of it holds. quiet: whether the bodies hardly move. cycling: of those that are not settled,
-    whether the speed goes up and down so often that a closer look may tell. nearing: whether they approach an end. rises: how
-    often the speed rose through the middle of its range. early: whether they are on the way to an end that is not known yet:
-    their bodies still move, or their speed does. still: whether they hardly move.
+    evidence: ``has_settled`` where all of it is valid. quiet: the bodies hardly move. cycling: not settled, and the speed rises
+    and falls so often that a full classification may decide. nearing: they approach an end. rises: the number of times that the
+    speed rose through the middle of its range. early: they approach an end that is not known yet: their bodies still move, or
+    their speed changes. still: they hardly move.
     """
 
     evidence: Evidence[np.ndarray]
@@ -64,12 +64,12 @@ class Screening:
 
     @property
     def settled(self) -> np.ndarray:
-        """Whether the evidence holds."""
+        """Mask of the members whose evidence is valid."""
         return np.asarray(self.evidence.settled)
 
     @property
     def width(self) -> np.ndarray:
-        """How far the bounds are apart: of the speed, as a share of it, or of what is left, whichever is more."""
+        """The distance of the bounds: of the speed, as a share of it, or of the residual, whichever is larger."""
         assert self.evidence.residual is not None
         mean, left = np.array(self.evidence.mean_speed), self.evidence.residual
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -78,7 +78,7 @@ class Screening:
 
 @np.errstate(divide="ignore", invalid="ignore")
 def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
-    """What can be told of M members. free: what their drives reach without vibration (M,), signed, nan where that is not known.
+    """Screen M members. free: the speeds of their drives without vibration (M,), signed, nan where not known.
     noise: of their integration."""
     speed, count = half.sense * half.speed, half.speed.shape[1]
     windows = speed.reshape(WINDOWS, -1, count)
@@ -90,7 +90,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     varied = projected_each((highs - lows) / means, rounding=rounding / means[-1])
     left = projected_each(sizes, rounding=noise.angle)
     bounds = noise.widened(left.bounds)
-    # Rounding and the drift that the integration's tolerance makes of rest do not contract.
+    # Rounding and the drift that the integration's tolerance adds to rest do not contract.
     calm = (highs.max(axis=0) - lows.min(axis=0) <= _STILL * largest) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
     narrow = (mean.width <= _NARROW * means[-1]) & (lowest.width <= _NARROW * means[-1]) & (varied.width <= _NARROW)
     still = calm & narrow & (bounds[1] - bounds[0] <= _NARROW)
@@ -102,7 +102,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     known = turning & (varied.converging | still) & approached & in_place
     rises = _rises(speed)
     early = turning & nearing & (mean.width > tolerated) & ~quiet
-    # Of a rotor that still rises, with bodies at rest, the torques tell where it goes: ``verdict.as_it_rises``.
+    # For a rotor that still rises, with bodies at rest, the torques decide its end: ``verdict.rising_evidence``.
     changes = np.diff(means, axis=0)
     one_way = np.abs(changes.sum(axis=0)) >= _ONE_WAY * np.abs(changes).sum(axis=0)
     far = one_way & (np.where(mean.converging | still, mean.width, np.abs(changes[-1])) > _FAR * tolerated)
@@ -121,7 +121,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
 
 
 def _rises(speed: np.ndarray) -> np.ndarray:
-    """How often the speed (K, M) rises through the middle of its range, from far below to far above (M,)."""
+    """Count the rises of the speed (K, M) through the middle of its range, from far below to far above (M,)."""
     low, high = speed.min(axis=0), speed.max(axis=0)
     s, reach = speed - (low + high) / 2, 0.25 * (high - low)
     side = np.where(s > reach, 1, np.where(s < -reach, -1, 0))

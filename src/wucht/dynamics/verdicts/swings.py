@@ -1,4 +1,4 @@
-"""A rotor that no longer turns, or turns back in each turn: what becomes of it; and when one that nothing drives stops."""
+"""A rotor that no longer turns, or turns back in each turn: its future motion; and the stop of one without a drive."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from wucht.machines.machine import Machine
 from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, trend, windows_of
 from wucht.numerics.observers.records import Blocks
 
-COASTS = "the rotor coasts ever more slowly, and does not come to rest"
-_SEEN_TO_FALL = 0.998  # of the speed, from the first to the last window: how it falls is seen then
-_WITHOUT_END = 1.3  # the power of the speed in proportion to which it falls: from here on it takes for ever
+COASTS = "the rotor coasts ever more slowly, and does not stop"
+_SEEN_TO_FALL = 0.998  # of the speed, from the first to the last window: the law of its fall is visible below
+_WITHOUT_END = 1.3  # the power of the speed in proportion to which it falls: from this one on it never stops
 
 
 def windows_to_rest(whole: Blocks, means: np.ndarray) -> float:
-    """In how many tenths of the record's time a speed that falls comes to rest, of its means (w,) over tenths of the turns.
+    """Return the tenths of the record's time until a falling speed is zero, from its means (w,) over tenths of the turns.
 
     It falls in proportion to a power of itself: 0 by dry friction, 1 by a viscous damper; beyond that it has no end: inf.
     """
@@ -34,7 +34,7 @@ def windows_to_rest(whole: Blocks, means: np.ndarray) -> float:
         power = max(0.0, 1 + math.log(changes[0] / changes[-1]) / math.log(between[0] / between[-1]))
     if power > _WITHOUT_END:
         return math.inf
-    last = float(np.ptp(windows_of(whole.time)[-1]) / np.ptp(whole.time)) / SHARE  # how long the last window is, in tenths
+    last = float(np.ptp(windows_of(whole.time)[-1]) / np.ptp(whole.time)) / SHARE  # the length of the last window, in tenths
     exponential = math.log(1 / AT_REST)
     return last * float(means[-1] / changes[-1]) * (min(exponential, 1 / (1 - power)) if power < 1 else exponential)
 
@@ -44,26 +44,29 @@ _SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but
 _UNEVEN = 0.2  # of the mean speed: a rotor whose mean speeds over tenths of the run vary by more does not turn evenly
 _NO_LARGER = 1.05  # times the smallest window: a swing that grows again does not die out
 _IN_PLACE, _ELSEWHERE = 1e-2, math.pi / 2  # rad: a mean angle that moves less is at rest, one that may move more is not
-_EQUAL = 1e-3  # share by which swings differ that are taken for equal
+_EQUAL = 1e-3  # share by which swings differ that are treated as equal
 
 
 @dataclass(frozen=True)
 class Swing:
-    """bounds: between which it will stay, as a share of the largest speed there was. longer: how many times the run it takes
-    until that is known if it decays as it does; 0: unknown."""
+    """A rotor's swing.
+
+    bounds: between which it will stay, as a share of the largest speed in the run. run_factor: the run until that is known at
+    its present decay, as a multiple of the run so far; 0: unknown.
+    """
 
     bounds: tuple[float, float]
     longer: float
 
 
 def swing_of(machine: Machine, seen: Observation) -> Swing | None:
-    """The swing of the main rotor; None where some turning is left, but fewer turns than are needed to average over."""
+    """Return the swing of the main rotor; None if it still turns, but too little to average over turns."""
     whole, half = seen.main.last(1.0), seen.main.last(0.5)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
     each = windows_of(speeds)
     if not each.size or half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
         return None
-    # What does not swing, but creeps, comes to rest or begins to turn.
+    # A rotor that does not swing, but creeps, will stop or begin to turn.
     to_and_fro = bool(half.greatest_speed.max() > 0 > half.least_speed.min())
     sizes = each.max(axis=1) / speeds.max()
     turning = any(r.turns >= 1 for name, r in seen.rotors.items() if name != machine.rotor.name)
@@ -75,8 +78,8 @@ def swing_of(machine: Machine, seen: Observation) -> Swing | None:
 
 
 def longer_until_no_turning(seen: Observation) -> float:
-    """How many times as long a main rotor that turns over now and then must be watched until it only swings, as its largest
-    speeds fall; 0: they do not."""
+    """Return the run, as a multiple of the run so far, until a main rotor that turns over now and then only swings, as its
+    largest speeds fall; 0: they do not."""
     whole = seen.main.last(1.0)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
     each = windows_of(speeds)
@@ -84,9 +87,9 @@ def longer_until_no_turning(seen: Observation) -> float:
 
 
 def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None) -> Evidence[float] | None:
-    """The evidence of a main rotor that turns, but back again in each turn: by its mean speeds over tenths of the run.
+    """Return the evidence of a main rotor that turns, but back again in each turn: by its mean speeds over tenths of the run.
 
-    None if it does not turn so, all windows alike. free: what its drive reaches without vibration.
+    None if it does not turn so, all windows alike. free: its drive's speed without vibration.
     """
     whole, rotor = seen.main.last(1.0), machine.rotor
     if len(whole.time) < 2 / SHARE:
@@ -105,12 +108,12 @@ def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None
 
 
 def _dies_out(sizes: np.ndarray) -> bool:
-    """Whether a swing that can only lose energy loses some, window by window, and is too small to turn over again."""
+    """True if a swing that can only lose energy loses some, window by window, and is too small to turn over again."""
     return bool(trend(sizes) < 0 and sizes[-1] <= min(_SMALL, _FALLS * sizes[0], _NO_LARGER * sizes.min()))
 
 
 def _longer(sizes: np.ndarray, rest: float) -> float:
-    """How many times as long a swing must be watched until it is as small as that, of its sizes (w,) in tenths."""
+    """Return the run, as a multiple of the run so far, until a swing is as small as ``rest``, from its sizes (w,) in tenths."""
     if not 0 < sizes[-1] < sizes[0]:
         return 0.0
     windows = (len(sizes) - 1) * math.log(sizes[-1] / rest) / math.log(sizes[0] / sizes[-1])
@@ -118,12 +121,12 @@ def _longer(sizes: np.ndarray, rest: float) -> float:
 
 
 def _bounds(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
-    """Between which bounds a swing will stay, of its sizes (w,) in successive windows."""
+    """Return the bounds between which a swing will stay, from its sizes (w,) in successive windows."""
     if not sizes[-1] > 0:
         return 0.0, 0.0
     logs = np.log(np.maximum(sizes, 1e-300))
     p = projected(logs, AHEAD, _EQUAL)
-    # Even one that seems to stay may decay unseen; one that goes to and fro beats, however its changes contract.
+    # Even one that seems constant may decay unnoticed; one that rises and falls beats, however its changes contract.
     directed = p.course is Course.APPROACHING and bool((np.diff(logs) >= 0).all() or (np.diff(logs) <= 0).all())
     hidden = 0.0 if directed else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
     lasts = to_and_fro and p.course is not Course.DRIFTING and p.width <= _NEARLY

@@ -1,4 +1,4 @@
-"""From what was seen of a motion to the outcome, and what goes into the summary."""
+"""From the observation of a motion to its outcome, and the numbers for the summary."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from wucht.numerics.observers.modulation import Modulation
 from wucht.numerics.observers.projection import Course
 from wucht.numerics.observers.records import Blocks
 
-_SHORT = 0.98  # of the free speed: a rotor that is held before has not reached it
+_SHORT = 0.98  # of the free speed: a rotor held below has not reached it
 
 
 def as_it_rises(machine: Machine, stands: Standing) -> Evidence[float]:
-    """The evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
+    """Return the evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
 
-    It is settled as soon as the vibration is seen to hold it short of its free speed; or nothing can hold it.
+    It is settled as soon as it is known that the vibration holds it below its free speed; or that nothing limits it.
     """
     e, (mean, *_) = stands.evidence, stands.projections
     rises = mean.course is not Course.STATIONARY and mean.high > mean.last
@@ -50,7 +50,7 @@ def as_it_rises(machine: Machine, stands: Standing) -> Evidence[float]:
 
 
 def faster_branch(machine: Machine, stands: Standing) -> bool:
-    """Whether the drive's torque exceeds the vibration torque again somewhere between the speed reached and the free speed."""
+    """True if the drive's torque exceeds the vibration torque again between the speed reached and the free speed."""
     e = stands.evidence
     if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
         return False
@@ -62,24 +62,25 @@ def faster_branch(machine: Machine, stands: Standing) -> bool:
     return bool(len(short) and (surplus[short[0] :] > small).any())
 
 
-_LONGER = 2.5  # times the run: at least, and where nothing says how long; so never three times what is needed
-_VERY_MANY_TURNS = 40_000  # after which what goes to and fro, and neither falls nor drifts, goes on like that
+_LONGER = 2.5  # times the run: at least, and if the time needed is unknown; so never three times what is needed
+_VERY_MANY_TURNS = 40_000  # after which a fluctuation that neither falls nor drifts is treated as lasting
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _FLOAT = 1e-9  # share that is rounding
-_EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
-_OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
+_EVEN_LAG = 0.02  # of the lag: its possible change at the end of a run until settled
+_OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is treated as the final one
 _RESTLESS = (Outcome.BALANCER_CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.NOT_ENTRAINED, Outcome.NOT_SYNCHRONISED)
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a run.
+    """The verdict on a run.
 
-    standing: where the main rotor stands, None if it does not turn. window: begin and end time of the last window. phases:
+    assessment: of the main rotor, None if it does not turn. window: begin and end time of the last window. phases:
     circular means over the last turn. settling_time: of speed and unbalance. amplitude_settling_time: of the vibration. These,
-    modulation, advice, needed: None where they do not apply; needed is the time that decides. faster_branch: the drive could
-    hold a higher speed as well. rotors: of several, what became of each.
+    modulation, advice, needed_time: None where they do not apply; needed_time: the end time of a run that decides.
+    faster_branch: the drive could hold a higher speed as well. locking: of rotors that may be entrained. rotors: the outcome of
+    each of several.
     """
 
     outcome: Outcome
@@ -97,7 +98,7 @@ class Verdict:
 
     @property
     def sentence(self) -> str:
-        """The outcome in words."""
+        """The outcome as a sentence."""
         if self.outcome is Outcome.PASSED and self.evidence.resonance is None:
             return "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
         free = self.evidence.free_speed
@@ -105,7 +106,7 @@ class Verdict:
             below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
             return f"the rotor gets through its resonance, but bodies lag behind it, captured there, and brake it{below}"
         if self.outcome is Outcome.UNIDENTIFIED and self.needed is None:
-            return "the motion goes on without coming to anything that can be told"
+            return "the motion does not settle into an identifiable state"
         held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
         share = f", at {100 * self.speed / abs(free):.0f} % of the speed without vibration" if free else ""
         together = share if self.outcome is Outcome.SYNCHRONISED else ""
@@ -113,14 +114,14 @@ class Verdict:
 
     @property
     def modulation(self) -> Modulation | None:
-        """Of the main rotor's speed."""
+        """The modulation of the main rotor's speed."""
         return None if self.standing is None else self.standing.modulation
 
     @property
     def amplitudes(self) -> tuple[float, float, float] | None:
-        """Of the main rotor's axis in the window, the largest ones over a turn: mean, least and greatest.
+        """The amplitudes of the main rotor's axis in the window, the largest ones over a turn: mean, least and greatest.
 
-        None if it does not turn; or with a modulation, of whose valleys turns see too little.
+        None if it does not turn; or with a modulation, whose valleys turns do not resolve.
         """
         if self.locked is not None:
             return self.locked.amplitudes
@@ -128,7 +129,7 @@ class Verdict:
 
     @property
     def phases(self) -> dict[str, float]:
-        """Of the bodies about the main rotor."""
+        """The phases of the bodies about the main rotor."""
         return {} if self.standing is None else self.standing.phases
 
     @property
@@ -137,7 +138,7 @@ class Verdict:
         return None if self.standing is None else self.standing.residual
 
     def settled_within(self, tolerance: float) -> bool:
-        """Whether the outcome is known and the numbers will change by less than the tolerance."""
+        """True if the outcome is known and the numbers will change by less than the tolerance."""
         if self.outcome is Outcome.UNIDENTIFIED:
             return False
         if self.locked is not None:
@@ -153,8 +154,8 @@ class Verdict:
 def judge(machine: Machine, seen: Observation, free: float | None, failure: str | None = None, beyond: bool = False) -> Verdict:
     """Decide the outcome of a run.
 
-    free: what the drive reaches without vibration, at the end of the run. failure: why the run failed, if it did. beyond:
-    whether it ended because it reached the speed limit.
+    free: the drive's speed without vibration, at the end of the run. failure: why the run failed, if it did.
+    is_beyond_limit: it ended because it reached the speed limit.
     """
     machine = machine.at(seen.end_time)
     record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
@@ -174,7 +175,7 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
 
 
 def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
-    """The verdict; none on a motion that is not at rest as long as it may be a transient."""
+    """Return the verdict; ``unidentified`` for a motion that is not at rest as long as it may be a transient."""
     if verdict.outcome in _RESTLESS and end < (needed := _OLD * vibration_decay(machine)):
         why = "free vibrations have hardly decayed"
     elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > UNREST:
@@ -189,7 +190,7 @@ def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict
 
 
 def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
-    """The verdict on rotors that may be entrained: by their mean speeds over whole periods."""
+    """Return the verdict on rotors that may be entrained: by their mean speeds over whole periods."""
     means = locked(machine, seen)
     if means is None:
         return verdict
@@ -218,14 +219,14 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
 
 def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
     digit = 10.0 ** (math.floor(math.log10(until)) - 2)
-    until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run as long as is said is to be enough
+    until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run of the printed length is enough
     advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
     needed = float(f"{until:.3g}")
     return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=needed)
 
 
 def _without_end(verdict: Verdict, why: str) -> Verdict:
-    advice = f"{why}: to run longer would not tell more"
+    advice = f"{why}: a longer run would not change the verdict"
     return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=None)
 
 
@@ -248,14 +249,14 @@ def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict
 
 
 def _settling_time(whole: Blocks, stands: Standing) -> float:
-    """From when on the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with.
+    """The time from which the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of their final values.
 
-    With a modulation: from when on both stay within its range, widened by the same amounts.
+    With a modulation: from which both stay within its range, widened by the same amounts.
     """
     period, reference = 0.0, stands.evidence.free_speed or stands.speed
     margin, low, high, cycle = SPEED_TOLERANCE * reference, stands.speed, stands.speed, stands.modulation
     if cycle is not None:
-        # The approach may cross the range: settled is what has been seen to repeat, one period after the range is last left.
+        # The approach may cross the range: settled is a motion that has repeated, one period after the range is last left.
         low, high, period = cycle.low, cycle.high, cycle.period
     off = (whole.highest > high + margin) | (whole.lowest < low - margin)
     if cycle is None and not stands.evidence.asynchronous:
@@ -265,9 +266,9 @@ def _settling_time(whole: Blocks, stands: Standing) -> float:
 
 
 def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
-    """From when on the largest distances over turns stay within those of the last window, widened by 1 % of the largest of all.
+    """The time from which the largest distances over turns stay within those of the last window, widened by 1 % of the largest.
 
-    Free vibrations decay on their own, often long after the speed has settled. None where bodies lag: it beats for good.
+    Free vibrations decay independently, often long after the speed has settled. None where bodies lag: it beats for good.
     """
     if not stands.evidence.asynchronous.no:
         return None
@@ -278,21 +279,21 @@ def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
 
 
 def _never_again(whole: Blocks, off: np.ndarray, period: float) -> float:
-    """The time of the first block after which none is ``off`` (K,), and a period more."""
+    """The time of the first block after which none ``is_outside`` (K,), and a period more."""
     first = int(np.flatnonzero(off).max(initial=-1)) + 1
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
 def _long(machine: Machine, end: float, turns: float, stands: Standing | None = None) -> bool:
-    """Whether all that decays has decayed long ago, and what goes on has been seen many times."""
+    """True if all transients have decayed long ago, and the motion has repeated many times."""
     speed = (free_speed(machine, machine.rotor) or 0.0) if stands is None else stands.sense * stands.speed
     return turns >= _VERY_MANY_TURNS and end >= _DECAYS * slowest_decay(machine, speed)
 
 
 def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]:
-    """Why nothing can be told yet, and when it can."""
+    """Return the reason why there is no verdict yet, and the time of one."""
     known = math.isfinite(stands.needed)
-    why = "the motion still approaches its end" if known else "the motion is still under way"
+    why = "the motion still approaches its final state" if known else "the motion is still transient"
     until = max(_LONGER, 1 + stands.needed if known else 0.0) * end
     speed = stands.sense * stands.speed
     # Before a resonance it is the vibration that decides how long a run-up takes.
@@ -312,7 +313,7 @@ def _without_turning(machine: Machine, seen: Observation, free: float | None) ->
     if longer := longer_until_no_turning(seen) if swing is None else swing.longer:
         needed = max(_LONGER, longer) * end
     elif _long(machine, end, end / seen.main.span):
-        return _without_end(verdict, "the rotor swings and turns over irregularly, and nothing of that is seen to decay")
+        return _without_end(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
     else:
         needed = max(_LONGER * end, 1e-9)
     return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)
