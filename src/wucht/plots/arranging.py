@@ -27,7 +27,7 @@ _NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
 _HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: its line with the gap to the text, and the gap between columns
 _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them are set in two columns
 _ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
-_AT_END, _SHARE = 0.02, 0.3  # of the panel: greatest distance of a line's end from its right edge; of the page: the widest name there
+_AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
 
 @dataclass(frozen=True)

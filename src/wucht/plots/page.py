@@ -13,7 +13,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Page:
-    """A page. width: of the figure, in inches. height: of panels, relative to the usual one. font, small: text sizes, in points.
+    """A page. width: of figures, in inches. height: of panels, relative to the usual one. font, small: text sizes, in points.
 
     has_title: whether title and answer are printed above. columns: greatest number of panels beside each other. beside: legends
     are beside their panels; otherwise above them. dpi: of a picture. tallest: greatest height of a figure, in inches.

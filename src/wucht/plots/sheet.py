@@ -38,8 +38,8 @@ class Named:
 
 @dataclass
 class Sheet:
-    """Parts from which a figure is arranged. rows: of panels; columns: number of panels that fit in each row; heights: of each, in
-    inches. right: room for scales beside panels. assumption_note: text below the heading."""
+    """Parts of a figure to be arranged. rows: of panels; columns: number of panels that fit in each row; heights: of each,
+    in inches. right: room for scales beside panels. assumption_note: text below the heading."""
 
     page: Page
     heading: str
