@@ -184,7 +184,9 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         warnings.append(f"{words}: they may count or not, which widens the band{longer}")
     if (found := findings.indices) is not None and plan.at is not None:
         if np.isnan(found.first).any():
-            warnings.append(f"at {_at(plan, plan.at)} all runs with a verdict have one outcome: no random quantity matters there")
+            warnings.append(
+                f"at {_at(plan, plan.at)} all runs with a verdict have one outcome: no random quantity matters there"
+            )
         if found.used < found.count:
             share = percent(1 - found.used / found.count)
             warnings.append(f"{share} of the sensitivity's points have runs without a verdict and are left out of the indices")

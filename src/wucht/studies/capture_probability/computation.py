@@ -5,8 +5,8 @@ but its replicates are, and the share of each is unbiased (A. B. Owen, "Error es
 arXiv:2501.00150). The scatter of their counts gives the variance of the mean, and thus an equivalent number of
 independent points, mostly far more than were drawn. With this number the interval of C. J. Clopper and E. S. Pearson (1934) is
 used, which holds also near 0 and 1, as E. L. Korn and B. I. Graubard do for counts in clusters (Survey Methodology 24
-(1998) 193-201), Student's t in place of the normal quantile; and the plain interval of Student's t, which holds well according to
-P. L'Ecuyer, M. K. Nakayama, A. B. Owen and B. Tuffin ("Confidence intervals for randomized quasi-Monte Carlo estimators",
+(1998) 193-201), Student's t in place of the normal quantile; and the plain interval of Student's t, which holds well according
+to P. L'Ecuyer, M. K. Nakayama, A. B. Owen and B. Tuffin ("Confidence intervals for randomized quasi-Monte Carlo estimators",
 Winter Simulation Conference 2023). The band covers both.
 
 Counts are whole numbers. If all replicates have the same count, other counts are not excluded: after R equal ones a share of

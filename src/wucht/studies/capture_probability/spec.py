@@ -115,9 +115,7 @@ class CaptureProbability(EnsembleSpec):
         if self.seed < 0:
             raise InputError("study.seed", self.seed, "must be a whole number, not below 0")
         if self.along in self.random:
-            raise InputError(
-                f"study.random.{self.along}", self.along, "already varied by study.along; give it once"
-            )
+            raise InputError(f"study.random.{self.along}", self.along, "already varied by study.along; give it once")
         self._check_sensitivity()
 
     def _check_sensitivity(self) -> None:
