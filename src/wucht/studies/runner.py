@@ -163,7 +163,7 @@ def _answered(
         findings, interrupted = _last(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
         if interrupted:
             memory.flush()
-            notes.append("interrupted: the result is incomplete; --resume continues from here")
+            notes.append("interrupted: the result is incomplete; --resume continues from there")
         if memory.is_large:
             memory.flush()
         final, findings = result(findings, not interrupted), None  # may be larger than the result, no longer needed
