@@ -162,8 +162,8 @@ def test_another_file_is_used_with_values_set(here: Path) -> None:
         (("mu = 0.5", "mu = 0.5, x = 1"), "study.toml: system.parameters.x: given 'x'; x is a state already"),
         (("- y", "- z"), "study.toml: system.states.x: given 'mu*x - x^3 - z'; cannot be read as a formula: unknown name 'z'"),
         (("[system]", "[sytem]"), "study.toml: sytem: given"),
-        (("[study]", "[machine]\n[study]"), "study.toml: system: a study is asked of one thing"),
-        (("phase-portrait", "run-up"), "study.toml: system: this study is asked of a machine: needed is a table [machine]"),
+        (("[study]", "[machine]\n[study]"), "study.toml: system: a study has one subject"),
+        (("phase-portrait", "run-up"), "study.toml: system: the subject of this study must be a machine: give a table [machine]"),
         (('y = "x" }', 'y = "x", z = "x" }'), "system.states: given 'x, y, z'; a phase portrait has two states, not 3"),
         (('y = "x" }', 'y = "x*t" }'), "study.toml: system: these equations depend on time"),
         ((KIND, 'along = "nu"\nvalues = [1]'), "study.along: given 'nu'; unknown parameter"),
@@ -199,7 +199,7 @@ def test_a_system_of_python_is_asked_too() -> None:
     own = wucht.OwnEquations(System((x, y), (y, -x)), {}, "spring")
     result = wucht.run(wucht.PhasePortrait(trajectories=0, ranges={"x": (-1, 1), "y": (-1, 1)}), own)
     assert result.wucht.summary["fixed_points"][0]["kind"] == "centre"
-    with refusals.refused("machine", "wucht.OwnEquations", given=3):
+    with refusals.refused("machine", "wucht.UserSystem", given=3):
         wucht.run(wucht.PhasePortrait(), 3)
 
 

@@ -127,7 +127,7 @@ EDITS: dict[str, tuple[str, Callable[[xr.Dataset], xr.Dataset]]] = {
        for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
     **{f"{name} of another type": (f"{name}: given '3'", lambda r, name=name: r.assign_attrs({name: "3"}))
        for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
-    "a question without a machine": ("input: must say", lambda r: r.assign_attrs(input='{"study": {}}')),
+    "a question without a machine": ("input: must contain the question", lambda r: r.assign_attrs(input='{"study": {}}')),
     "warnings that are no texts": ("warnings: given [1]", lambda r: r.assign_attrs(warnings="[1]")),
     "no outcome": ("run-up: this is no complete result", lambda r: r.assign_attrs(summary="{}")),
     "no time": ("run-up: this is no complete result", lambda r: r.isel(time=slice(0, 0))),
@@ -186,7 +186,7 @@ def test_attributes_of_a_result_that_was_edited() -> None:
         "input": '{"study": {}, "machine": {}}', "warnings": "[]",
     }  # fmt: skip
     check_attributes(whole)
-    with refused("input", "of which machine", given=None):
+    with refused("input", "the question and the machine", given=None):
         check_attributes(whole | {"input": '{"study": {}}'})
     with refused("warnings", "list of texts"):
         check_attributes(whole | {"warnings": "[3]"})

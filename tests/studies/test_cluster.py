@@ -307,7 +307,7 @@ def test_the_scheduler_goes_away(marked: Path, tmp_path: Path) -> None:
             came(share, what)
             gone(share, what)
 
-        with pytest.raises(RunError, match=rf"the scheduler at {made.address} is gone; --resume goes on"):
+        with pytest.raises(RunError, match=rf"the scheduler at {made.address} is gone; --resume continues"):
             ask(TiledSquares(), marked, folder=out, scheduler=made.address, progress=report)
     finally:
         made.close()
@@ -320,21 +320,21 @@ def test_the_scheduler_goes_away(marked: Path, tmp_path: Path) -> None:
     ("address", "says"),
     [
         ("localhost", "must be the address of a scheduler, such as tcp://host:8786"),
-        ("tls://127.0.0.1:1", "its protocol needs something of dask.distributed that is not installed or not set up here: "),
+        ("tls://127.0.0.1:1", "its protocol needs a part of dask.distributed that is not installed or not configured here: "),
         ("tcp://127.0.0.1:1", "no scheduler answers there within 0.5 s"),
         *(
             (odd, f"must be the address of a scheduler, such as tcp://host:8786: {says}")
             for odd, says in {
-                "": "it begins with no protocol, one of tcp, ",
-                ":": "it begins with no protocol",
-                "a b": "it begins with no protocol",
-                "host:0": "it begins with no protocol",
+                "": "it does not begin with a protocol, one of tcp, ",
+                ":": "it does not begin with a protocol",
+                "a b": "it does not begin with a protocol",
+                "host:0": "it does not begin with a protocol",
                 "carrier-pigeon://x:1": "unknown protocol; known: tcp, ",
                 "http://x:1": "unknown protocol; did you mean 'tcp'",
                 "inproc://x": "unknown protocol",
-                "tcp://": "it names no host",
-                "tcp://:1": "it names no host",
-                "tcp://a b:1": "a blank is no part of a host's name",
+                "tcp://": "it has no host",
+                "tcp://:1": "it has no host",
+                "tcp://a b:1": "the name of a host cannot have blanks",
                 "tcp://host": "it has no port",
                 "tcp://[::1": "the bracket of its host is not closed",
                 "tcp://[::1]": "it has no port",
@@ -342,7 +342,7 @@ def test_the_scheduler_goes_away(marked: Path, tmp_path: Path) -> None:
                 "tcp://host:0": "its port",
                 "tcp://host:x": "its port",
                 "tcp://host:": "its port",
-                "tcp://fe80::1:8786": "its port must be .* an address of IPv6 stands in brackets",
+                "tcp://fe80::1:8786": "its port must be .* an IPv6 address must be in brackets",
             }.items()
         ),
     ],
@@ -383,4 +383,4 @@ def test_a_map_of_basins_is_the_same(two: Loopback, monkeypatch: pytest.MonkeyPa
 
 def test_the_option_of_the_command(refused: Callable[..., str]) -> None:
     refused("run", "drozdetskaya-2020/figure-5.10", "--scheduler", "here", says=("--scheduler", "such as tcp://host:8786"))
-    refused("run", "drozdetskaya-2020/r1", "--scheduler", "tcp://a:1", says=("run-up is computed by one process", "basin"))
+    refused("run", "drozdetskaya-2020/r1", "--scheduler", "tcp://a:1", says=("run-up runs in one process", "basin"))

@@ -72,9 +72,9 @@ def test_a_worker_with_something_else_refuses(worker: Work) -> None:
 
 @pytest.mark.parametrize("name", [b"own_module_of_nobody\nTask", b"wucht.studies.cluster\nTaskOfNobody"])
 def test_a_worker_that_cannot_load_the_task(worker: Work, name: bytes) -> None:
-    with pytest.raises(RunError, match=r"^the worker tcp://w:1 cannot load what it is to compute \(") as raised:
+    with pytest.raises(RunError, match=r"^the worker tcp://w:1 cannot load its task \(") as raised:
         _on_worker(b"c" + name + b"\n.", _made_with(), "topic", "name")
-    assert raised.value.code == "not-loaded" and str(raised.value).endswith("what --import names must be installed there")
+    assert raised.value.code == "not-loaded" and str(raised.value).endswith("modules given by --import must be installed there")
 
 
 def test_a_task_that_is_stopped_is_scheduled_anew(worker: Work) -> None:
@@ -195,7 +195,7 @@ def test_after_an_interrupt_what_is_done_still_comes() -> None:
     assert come == [("t0", 1), ("t2", 3), ("t3", 4)] and client.cancelled == [slow] and client.topics == []
 
 
-GONE = "the scheduler at tcp://s:1 is gone; --resume goes on from what was computed"
+GONE = "the scheduler at tcp://s:1 is gone; --resume continues from the completed work"
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ GONE = "the scheduler at tcp://s:1 is gone; --resume goes on from what was compu
         (asyncio.CancelledError(), GONE),
         (
             distributed.KilledWorker("t0", SimpleNamespace(address="tcp://w:1"), 3),
-            "workers have died again and again while they computed t0 (",
+            "workers have died repeatedly while they computed t0 (",
         ),
         (ImportError("no sympy"), "a worker cannot compute: no sympy; install the same wucht[cluster] there"),
     ],

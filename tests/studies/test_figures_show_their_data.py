@@ -58,7 +58,7 @@ class Figured:
 
 
 TIME, ANGLE, AMPLITUDE = "time (s)", "cam angle (°)", "amplitude of the axis (mm)"
-DAMPINGS = ("50 N s/m", "166.7 N s/m", "283.3 N s/m", "400 N s/m", "as it is")
+DAMPINGS = ("50 N s/m", "166.7 N s/m", "283.3 N s/m", "400 N s/m", "nominal")
 LAG = "lag[0] * DEG"
 FROM_SLOWEST = (
     "(np.roll(orbit_turned[0, :-1], -orbit_speed[0, :-1].argmin()) - orbit_turned[0, orbit_speed[0, :-1].argmin()])"
@@ -158,7 +158,7 @@ EXPECTED: dict[str, Figured] = {
             Line(0, "without pendulums", "curve_speed[0]", "1e3 * curve_amplitude[0]"),
             Line(0, "switchable, 0°", "curve_speed[1]", "1e3 * curve_amplitude[1]"),
             Line(0, "rigid, 180°", "curve_speed[4]", "1e3 * curve_amplitude[4]"),
-            Line(0, "pendulums open at 150 rad/s of their own", "activation_speed", None),
+            Line(0, "activation speed 150 rad/s", "activation_speed", None),
             Line(1, "switchable", "orientation * DEG", "1e3 * peak[0].mean(axis=-1)"),
             Line(1, "rigid", "orientation * DEG", "1e3 * rigid_peak.mean(axis=-1)"),
             Line(1, "without pendulums", None, "1e3 * none_peak"),

@@ -132,8 +132,8 @@ def test_one_that_cannot_be_loaded_is_none_of_those_that_several_machines_comput
     known = studies() | {"broken": Study("broken", "no_such_package.study")}
     monkeypatch.setattr(registry, "_installed", lambda: known)
     assert wucht("new", "run-up").code == 0
-    sentence = refused("run", "run-up.toml", "--scheduler", "tcp://localhost:1", says=("studies with tiles are",))
-    named = sentence.strip().split("studies with tiles are ")[1].split(", ")
+    sentence = refused("run", "run-up.toml", "--scheduler", "tcp://localhost:1", says=("several machines can compute",))
+    named = sentence.strip().split("several machines can compute ")[1].split(", ")
     assert named == [kind for kind, study in known.items() if kind != "broken" and study.spec.tiled]
     assert "basin" in named
 

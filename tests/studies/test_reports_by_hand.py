@@ -63,10 +63,10 @@ def test_a_map_of_basins() -> None:
     assert verdict == "verdict: nothing is computed yet"
     assert told == [
         "  map          4 x 6 cells over psi and delta",
-        "  runs         24, where one in each cell of the finest map would be 96",
-        "  shares       ± holds in 19 of 20 cases; borders that the map resolves are off by 3 % at most",
+        "  runs         24, instead of 96 with one in each cell of the finest map",
+        "  shares       ± holds in 19 of 20 cases; at most 3 % if the map resolves the borders",
         "  integrated   in batches",
-        "  unidentified 50 % of the map, followed until 1.5 s",
+        "  unidentified 50 % of the map, integrated until 1.5 s",
         "  failed       2 runs: see the warnings",
     ]
     finer = {"cells": [8, 12], "fractions": {"passed": 0.125, "unidentified": 0.5}}
@@ -81,7 +81,7 @@ def test_a_map_of_basins() -> None:
     assert told[0] == "  map          4 x 6 cells over psi and delta, at the borders halved to those of 8 x 12"
     assert told[1] == "  runs         96"
     assert told[3:5] == ["  by level     passed 25 %, 12.5 %", "               unidentified 50 %, 50 %"]
-    assert told[-2:] == ["  unidentified 50 % of the map, followed until 1.5 to 2", "  failed       1 run: see the warnings"]
+    assert told[-2:] == ["  unidentified 50 % of the map, integrated until 1.5 to 2", "  failed       1 run: see the warnings"]
 
 
 def test_a_sweep() -> None:
@@ -99,13 +99,13 @@ def test_a_sweep() -> None:
     assert lines("sweep", **given) == [
         "A machine",
         "verdict: ONE JUMP",
-        "  sweep        drive.slope from 0.1 to 0.2 N m s at 0.0001 N m (chosen: so slow that the machine follows)",
+        "  sweep        drive.slope from 0.1 to 0.2 N m s at 0.0001 N m (chosen so that the machine follows)",
         "  up           5 rad/s (48 rpm) to 20 rad/s (191 rpm)",
         "  jump         rising, at drive.slope = 0.123457 N m s:",
         f"               speed {AT} to 20 rad/s (191 rpm)",
         "               amplitude 1 mm to 2 mm",
-        "  hysteresis   between 0.11 and 0.12 N m s the state depends on where the machine comes from",
-        "  accuracy     1e-04 of these values, found by holding drive.slope: not late by the rate",
+        "  hysteresis   between 0.11 and 0.12 N m s the state depends on the direction of the sweep",
+        "  accuracy     1e-04 of these values, obtained with drive.slope held: independent of the rate",
         "  energy       balance closed to 1.5e-09",
     ]
     plain = lines("sweep", **given | {"jumps": [], "hysteresis": None, "rate_chosen": False, "energy_residual": None})

@@ -209,7 +209,7 @@ def test_one_that_only_goes_further_is_begun_anew(tmp_path: Path, at: int) -> No
     computed.clear()
     result = ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path, resume=True)
     assert len(computed) == 3
-    assert any("study.count" in w and "begun anew" in w for w in result.wucht.warnings)
+    assert any("study.count" in w and "restarted" in w for w in result.wucht.warnings)
 
 
 def test_without_resume_a_folder_is_begun_anew(tmp_path: Path) -> None:

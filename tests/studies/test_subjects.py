@@ -147,7 +147,7 @@ def test_fingerprints_are_of_what_is_known() -> None:
 
 
 def test_subjects_are_machines_or_equations(tmp_path: Path) -> None:
-    with refused("machine", "asked of a machine", given="drum"):
+    with refused("machine", "must be a machine", given="drum"):
         MACHINE.describe("drum")
     either = OfMachineOrSystem()
     with refused("machine", given=None):

@@ -1,4 +1,4 @@
-"""The command line: one file a command."""
+"""The command line: one file per command."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import warnings
 from contextlib import suppress
 from typing import NoReturn, TextIO
 
-_OBJECTS = 200_000  # more between two collections: what libraries and formulas make when they are loaded stays anyway
+_OBJECTS = 200_000  # new ones between two collections: what libraries and formulas create on loading stays anyway
 
 
 def main() -> None:
@@ -17,7 +17,7 @@ def main() -> None:
     from wucht.cli.surroundings import open_streams, without_settings_of_figures
 
     open_streams()
-    if sys.argv[1:2] == ["complete-words"]:  # a shell asks, as the scripts of ``completion`` do
+    if sys.argv[1:2] == ["complete-words"]:  # called by a shell through a script of ``completion``
         from wucht.cli.completing import words
 
         sys.stdout.write("".join(f"{word}\n" for word in words(" ".join(sys.argv[2:]))))
@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def _leave(code: int) -> NoReturn:
-    """End the process without freeing all objects, which took a short run from 3.4 s of processor time to 4.2 s."""
+    """End the process without freeing all objects, which would raise a short run from 3.4 s of processor time to 4.2 s."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -42,6 +42,6 @@ def _leave(code: int) -> NoReturn:
 
 
 def _lead_nowhere(stream: TextIO) -> None:
-    """Have what is left in a stream go nowhere: else Python says at its end that it could not be written."""
+    """Send the rest of a stream to the null device: otherwise Python reports at exit that it could not be written."""
     with suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -1,4 +1,4 @@
-"""The commands put together, and the one place where errors become sentences and exit codes."""
+"""The commands as one application, and the one place where errors become sentences and exit codes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from wucht.file_names import printable
 
 # Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
 _USAGE_ERROR = cast(type[Exception], typer.BadParameter.__base__)
-_WITH_LIBRARIES = ("run", "compare", "plot", "export")  # of numbers: the others do without
+_WITH_LIBRARIES = ("run", "compare", "plot", "export")  # of numbers: the other commands do not load them
 
 app = typer.Typer(
     name="wucht",
@@ -73,9 +73,9 @@ class _NobodyReadsError(Exception):
 
 
 def _saying(command: Callable[..., None], *, loads_libraries: bool) -> Callable[..., None]:
-    """The command, with Ctrl-C passed on as Typer's Abort: a plain KeyboardInterrupt would end it without a word.
+    """Wrap a command so that Ctrl-C becomes Typer's Abort: a plain KeyboardInterrupt would end it without a message.
 
-    So would click where nobody reads on, with exit code 1.
+    Click would end it likewise, with exit code 1, where the reader of the output has left.
     """
 
     @wraps(command)
@@ -98,7 +98,7 @@ def run_app() -> int:
     try:
         check_environment()
         code = app(standalone_mode=False)
-        sys.stdout.flush()  # while it can still be said that this does not work
+        sys.stdout.flush()  # while a failure can still be reported
     except InputError as error:
         code = _say(str(error), 2, file=error.file, key=error.key, given=error.shown, allowed=error.allowed)
     except WuchtError as error:
@@ -107,11 +107,11 @@ def run_app() -> int:
         code = _say("interrupted", 130)
     except (_NobodyReadsError, BrokenPipeError):
         code = 0
-    except SystemExit as error:  # with which Typer ends where nobody reads its help on
+    except SystemExit as error:  # raised by Typer where the reader of its help text has left
         if not isinstance(error.__context__, BrokenPipeError):
             raise
         code = 0
-    except OSError as error:  # files say themselves what is wrong with them: this is the output
+    except OSError as error:  # errors of files are reported where they occur: this is the output
         code = _say(f"the output cannot be written: {error.strerror or error}", 1)
     except _USAGE_ERROR as error:
         sentence = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
@@ -120,8 +120,8 @@ def run_app() -> int:
 
 
 def _say(sentence: str, code: int, **place: str) -> int:
-    """The sentence on stderr; with ``--json`` also as an object on stdout, so that a pipe reads it."""
-    with suppress(OSError):  # no room there either: the exit code still says it
+    """Print an error to stderr; with ``--json`` also as an object to stdout, for the next program of a pipe."""
+    with suppress(OSError):  # no space there either: the exit code still tells of the error
         if "--json" in sys.argv[1:]:
             where = {name: place.get(name) or None for name in ("file", "key", "given", "allowed")}
             sys.stdout.write(json.dumps({"error": sentence} | where | {"exit_code": code}, indent=2, ensure_ascii=False) + "\n")

@@ -13,7 +13,7 @@ from wucht.cli.options import PRINTED, Formatted, Imports, Styled
 if TYPE_CHECKING:
     from wucht.studies.study_file import StudyFile
 
-_LONGEST = 80  # letters of a folder's name
+_LONGEST = 80  # letters in a folder's name
 
 
 def compare(
@@ -28,7 +28,7 @@ def compare(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/compare/NAMES.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the table and the curves as CSV too, with units.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the interrupted run in the output folder.")] = False,
     style: Styled = PRINTED,
     format_: Formatted = None,
     import_: Imports = None,

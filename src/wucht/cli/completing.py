@@ -1,7 +1,7 @@
-"""What can follow on a line that begins with ``wucht``: asked by the shell at each press of Tab, so with nothing heavy loaded.
+"""Words that can complete a line beginning with ``wucht``: called by the shell at each press of Tab, so loading nothing heavy.
 
-What the program knows (commands, studies, parts, their keys) is gathered once, by ``completion_words``, and kept in the user's
-cache folder until the program or what is installed beside it changes.
+The vocabulary (commands, studies, parts, their keys) is gathered once, by ``completion_words``, and stored in the user's cache
+folder until the program or another installed package changes.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from typing import Any
 
 _PACKAGE = Path(__file__).parent.parent
 _CATALOGUE = _PACKAGE / "machines" / "catalogue"
-_LONGEST_CHAIN = 20  # of files that use each other
+_LONGEST_CHAIN = 20  # of files, each of which uses the next
 _OF_STUDIES = ("run", "equations", "compare")
 _OF_CATALOGUE = (*_OF_STUDIES, "new")
 
 
 def words(line: str) -> list[str]:
-    """The words that the last, perhaps empty, word of a command line can become."""
+    """Possible completions of the last, perhaps empty, word of a command line."""
     given = _split(line)[1:] or [""]
     known = _known()
     found = _following(given[:-1], given[-1], known)
@@ -32,7 +32,7 @@ def words(line: str) -> list[str]:
 
 
 def _split(line: str) -> list[str]:
-    """As the shell does; quotes may not be closed yet."""
+    """Split a line as the shell does; its last quotation mark may not be closed yet."""
     for end in ("", '"', "'"):
         with suppress(ValueError):
             split = shlex.split(line + end)
@@ -66,7 +66,7 @@ def _catalogue() -> list[str]:
 
 
 def _files(current: str) -> list[str]:
-    """Study files and folders that begin so."""
+    """Study files and folders whose path begins with the current word."""
     folder, _, begin = current.rpartition("/")
     with suppress(OSError):
         there = [p for p in Path(folder or ("/" if current[:1] == "/" else ".")).iterdir() if p.name.startswith(begin or "")]
@@ -81,7 +81,7 @@ def _studies(after: list[str]) -> list[str]:
 
 
 def _settings(studies: list[str], current: str, known: dict[str, Any]) -> list[str]:
-    """``KEY=`` for the keys of the machines and questions; ``KEY=WORD`` where a key of the question takes words."""
+    """``KEY=`` for each key of the machines and questions; ``KEY=WORD`` where a key of the question takes certain words."""
     found: list[str] = []
     for study in studies:
         document = _document(study)
@@ -96,10 +96,10 @@ def _settings(studies: list[str], current: str, known: dict[str, Any]) -> list[s
 
 
 def _document(name: str) -> dict[str, Any]:
-    """A study file with the machine that it uses; empty where it cannot be read."""
+    """A study file with the machine that it uses; empty if it cannot be read."""
     document: dict[str, Any] = {}
     path = Path(name) if Path(name).is_file() else _CATALOGUE / f"{name}.toml"
-    with suppress(Exception):  # whatever is wrong with it is said when it is run
+    with suppress(Exception):  # errors in it are reported when it is run
         for _ in range(_LONGEST_CHAIN):
             read = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             document.setdefault("study", read.get("study", {}))
@@ -112,7 +112,7 @@ def _document(name: str) -> dict[str, Any]:
 
 
 def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> list[str]:
-    """The parameters of a machine, by the kinds of its parts."""
+    """The paths of a machine's parameters, from the kinds of its parts."""
     if "model" in machine:
         return parts["dimensionless machines"].get(machine["model"], [])
     carrier = machine.get("carrier", {})
@@ -133,7 +133,7 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
 
 
 def _known() -> dict[str, Any]:
-    """What the program knows; gathered where it is not kept yet."""
+    """Read the vocabulary from the cache, or gather and store it."""
     from wucht.disk_cache import cache_folder, keep, make_folder, program_state, read_kept
 
     file = cache_folder() / "completion"
@@ -146,14 +146,14 @@ def _known() -> dict[str, Any]:
     from wucht.cli.completion_words import gathered
 
     fresh = gathered()
-    with suppress(OSError):  # no room, or no right to write there: it is gathered again
+    with suppress(OSError):  # no space, or no permission to write there: it is gathered again next time
         make_folder(file.parent)
         keep(file, json.dumps({"state": state, "known": fresh}).encode())
     return fresh
 
 
 def _installed() -> list[tuple[str, bytes]]:
-    """What other packages offer: their names with versions, and their entry points."""
+    """Entry points of the installed packages, by their names and versions."""
     places = [Path(folder) for folder in sys.path if os.path.isdir(folder)]  # noqa: PTH112
     return sorted(
         (file.parent.name, file.read_bytes()) for place in places for file in place.glob("*.dist-info/entry_points.txt")

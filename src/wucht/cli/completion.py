@@ -1,4 +1,4 @@
-"""``wucht completion``: what a shell needs to complete commands, options, studies and keys at the press of Tab."""
+"""``wucht completion``: scripts with which a shell completes commands, options, studies and keys at the press of Tab."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import typer
 
 
 class Shell(StrEnum):
-    """Shells that are known."""
+    """Shells for which there is a script."""
 
     BASH = "bash"
     ZSH = "zsh"
     FISH = "fish"
 
 
-# Each asks the program itself, by a first word of its own, what can follow. Readline splits words at "=": what stands before it
-# in the word is taken off again. A key is followed by its value.
+# Each calls the program with the first word ``complete-words``. Readline splits words at "=": the part of a word before it is
+# removed again. No blank is inserted after a key, which is followed by its value.
 _BASH = r"""_wucht_complete() {
     local IFS=$'\n' line="${COMP_LINE:0:COMP_POINT}" word
     COMPREPLY=($("${COMP_WORDS[0]/#\~/$HOME}" complete-words "$line" 2>/dev/null))
@@ -60,7 +60,7 @@ _SCRIPTS = {Shell.BASH: _BASH, Shell.ZSH: _ZSH, Shell.FISH: _FISH}
 
 
 def completion(shell: Annotated[Shell, typer.Argument(help="bash, zsh or fish.")]) -> None:
-    """Print what makes the shell complete at the press of Tab.
+    """Print the script that makes a shell complete at the press of Tab.
 
     In ~/.bashrc or ~/.zshrc: eval "$(wucht completion bash)", or zsh; in fish: wucht completion fish | source.
     """

@@ -1,4 +1,4 @@
-"""All that can be completed but for files and the catalogue: gathered from the commands, the studies and the parts."""
+"""All words of completion except files and the catalogue: gathered from the commands, the studies and the parts."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 
 def gathered() -> dict[str, Any]:
-    """What ``completing`` asks for.
+    """The vocabulary that ``completing`` needs.
 
-    commands: of each its options, and whether they take a value; values: words of an option; names: what a command names;
-    default: kind of study; studies: of each its keys and what they allow; parts: the quantities of each kind.
+    commands: the options of each, and whether they take a value; values: words of an option; names: arguments of a command;
+    default: kind of study; studies: the keys of each and the values they allow; parts: the quantities of each kind.
     """
     from wucht.cli.completion import Shell
     from wucht.cli.list import kinds
@@ -37,13 +37,13 @@ def gathered() -> dict[str, Any]:
 
 
 def _commands() -> dict[str, dict[str, bool]]:
-    """The options of each command that is shown, and whether they take a value."""
+    """The options of each visible command, and whether they take a value."""
     from typer.main import get_command
 
     from wucht.cli.app import app, register
 
     register()
-    whole: Any = get_command(app)  # a group of Typer's own click
+    whole: Any = get_command(app)  # a group of the click that Typer brings
     return {
         name: {o: not p.is_flag for p in command.params if hasattr(p, "is_flag") for o in (*p.opts, *p.secondary_opts)}
         | {"--help": False}

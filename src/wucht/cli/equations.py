@@ -1,4 +1,4 @@
-"""``wucht equations``: the machine's equations, readable."""
+"""``wucht equations``: the equations of a machine in readable form."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def equations(
 
     if "system" in load_document(study)[0]:
         if slow:
-            raise InputError("--slow", None, "allowed only for a machine: these equations are as they were given")
+            raise InputError("--slow", None, "allowed only for a machine: equations of a table [system] are printed as given")
         _print_own(study, parse_settings(set_ or []), latex)
         return
     machine = load_machine(study, parse_settings(set_ or []))
@@ -61,7 +61,7 @@ def equations(
 
 
 def _print_own(study: str, settings: dict[str, Any], latex: bool) -> None:
-    """The equations of a table [system]."""
+    """Print the equations of a table [system]."""
     from sympy import Symbol
     from sympy import latex as in_latex
 
@@ -96,7 +96,7 @@ def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
 
 
 def _left_out(machine: Machine) -> list[Symbol]:
-    """The parameters that are 0 and stay so: what they stand in is not printed."""
+    """The parameters that are 0 and remain so: terms with them are not printed."""
     over_time = {s.symbol for s in machine.schedules}
     return [s for s, value in machine.numbers.items() if value == 0 and s not in over_time]
 

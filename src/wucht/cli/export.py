@@ -1,4 +1,4 @@
-"""``wucht export``: what a result has for others, in their files."""
+"""``wucht export``: files of a result for other programs and machines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def export(
     csv: Annotated[bool, typer.Option("--csv", help="The variables of any result as CSV, with units.")] = False,
     import_: Imports = None,
 ) -> None:
-    """Write the files of a result for others: of a cam the points to mill, drawings and tables for controllers; or as CSV."""
+    """Export a result: of a cam the points to mill, drawings and tables for controllers; of any study its variables as CSV."""
     from wucht.results.output_folder import load, result_file
     from wucht.results.store import prepare_folder, save_csv
     from wucht.studies.runner import export as written

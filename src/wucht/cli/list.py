@@ -1,4 +1,4 @@
-"""``wucht list``: what there is, a line each; of a study or part all its keys."""
+"""``wucht list``: all parts, studies and catalogue names, a line each; of a study or part all its keys."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def list_all(
 
 
 def kinds() -> dict[str, Mapping[str, type]]:
-    """All that a file can name, but for studies, by what it is."""
+    """All kinds that a file can name, except studies, by category."""
     from wucht.cams.drive import followers, laws, linkages
     from wucht.machines.models import models
     from wucht.machines.parts import attachments, bodies, carriers, drives, loads
@@ -71,7 +71,7 @@ _TABLES = {
 
 
 def _list_one(name: str, as_json: bool) -> None:
-    """All keys of what bears the name: several things may, as a table of a drive and of a load do."""
+    """Print all keys of each study or part with this name: a drive and a load may share one, as both kinds ``table`` do."""
     from inspect import getdoc
 
     from wucht.files.equal_bodies import keys_in_files
@@ -100,7 +100,7 @@ def _list_one(name: str, as_json: bool) -> None:
         for key, row in zip(keys, rows, strict=True):
             typer.echo(f"{row}\n{fill(key.what.replace('`', ''), 100, initial_indent=_HELP, subsequent_indent=_HELP)}")
         if own:
-            typer.echo("\nIts own states, in results and in start:\n")
+            typer.echo("\nInternal states, in results and in start:\n")
             typer.echo("\n".join(_rows([("state", "unit", ""), *((x.name, x.unit, x.what) for x in own)])))
 
 
@@ -110,7 +110,7 @@ def _cells(key: Key) -> tuple[str, ...]:
 
 
 def _rows(cells: Sequence[tuple[str, ...]]) -> list[str]:
-    """Of a table, its columns below each other."""
+    """The lines of a table with aligned columns."""
     widths = [min(max(map(len, column)), _WIDEST) for column in zip(*cells, strict=True)]
     return ["  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in cells]
 

@@ -34,7 +34,7 @@ def new(
     try:
         target.write_text(template, encoding="utf-8")
     except OSError as error:
-        with suppress(OSError):  # half of it
+        with suppress(OSError):  # of which only a part may have been written
             target.unlink(missing_ok=True)
         raise InputError("FILE", str(target), f"it cannot be written: {error.strerror}") from None
     typer.echo(f"{target}: edit it, then `wucht run {target}`")

@@ -1,4 +1,4 @@
-"""Options that several commands have: ``--set``, ``--import``, and those of figures."""
+"""Options that several commands share: ``--set``, ``--import``, and those of figures."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _OUTSIDE = re.compile(r"[^,\[\]{}]+|[,\[\]{}]")  # stretches without a comma or 
 
 
 def parse_settings(given: list[str]) -> dict[str, Any]:
-    """``["u=1.5", "drive.slope=0.02 N m s"]`` as a dictionary. Raises ``InputError``."""
+    """Parse ``["u=1.5", "drive.slope=0.02 N m s"]`` into a dictionary. Raises ``InputError``."""
     settings: dict[str, Any] = {}
     for item in given:
         key, equals, value = item.partition("=")
@@ -41,7 +41,7 @@ def parse_settings(given: list[str]) -> dict[str, Any]:
 
 
 def parse_lists(given: list[str]) -> dict[str, list[Any]]:
-    """``["u=1,1.5", "drive.slope=0.02 N m s,0.03 N m s"]`` as a dictionary of lists. Raises ``InputError``."""
+    """Parse ``["u=1,1.5", "drive.slope=0.02 N m s,0.03 N m s"]`` into a dictionary of lists. Raises ``InputError``."""
     lists: dict[str, list[Any]] = {}
     for item in given:
         key, equals, values = item.partition("=")
@@ -55,14 +55,14 @@ def parse_lists(given: list[str]) -> dict[str, list[Any]]:
 
 
 def _path(option: str, key: str) -> str:
-    """A key without the blanks around it. Raises ``InputError`` for one of more parts than tables lie within each other."""
+    """A key without surrounding blanks. Raises ``InputError`` for one with more parts than tables may be nested."""
     if key.count(".") >= DEEPEST:
         raise InputError(option, key, f"must be a key of at most {DEEPEST} parts, such as drive.slope")
     return key.strip()
 
 
 def _split(values: str) -> list[str]:
-    """The values between commas, but for those within brackets."""
+    """Split values at the commas outside brackets."""
     parts, depth = [""], 0
     for stretch in _OUTSIDE.findall(values):
         depth += (stretch in "[{") - (stretch in "]}")
@@ -74,9 +74,9 @@ def _split(values: str) -> list[str]:
 
 
 def _value(option: str, text: str) -> Any:
-    """Numbers, true, false, lists and tables as in TOML (or JSON); all else is text (a quantity with its unit).
+    """Parse a number, true, false, a list or a table as in TOML (or JSON); anything else is text (a quantity with its unit).
 
-    Raises ``InputError`` for what is nested too deeply, and for numbers of thousands of digits.
+    Raises ``InputError`` for values that are nested too deeply, and for numbers of thousands of digits.
     """
     if text[:1] in '["{' or text in ("true", "false"):
         if max(text.count("["), text.count("{")) > DEEPEST and _depth(text) > DEEPEST:
@@ -93,12 +93,12 @@ def _value(option: str, text: str) -> Any:
 
 
 def _depth(text: str) -> int:
-    """How many brackets are open at once, at most."""
+    """Greatest number of brackets that are open at once."""
     return max(accumulate((letter in "[{") - (letter in "]}") for letter in text))
 
 
 def _loaded(option: str, text: str, load: Callable[[], Any]) -> Any:
-    """What a text holds. Raises ``InputError`` for numbers of thousands of digits, which Python refuses to read."""
+    """Load a value from a text. Raises ``InputError`` for numbers of thousands of digits, which Python refuses to read."""
     try:
         return load()
     except (tomllib.TOMLDecodeError, json.JSONDecodeError):
@@ -114,7 +114,7 @@ def _imported(modules: list[str] | None) -> list[str]:
             _import(given)
         except InputError:
             raise
-        except Exception as error:  # whatever the user's own code raises
+        except Exception as error:  # any error of the user's code
             raise InputError("--import", given, f"it cannot be imported: {type(error).__name__}: {error}") from None
     return modules or []
 
@@ -134,7 +134,7 @@ def _import(given: str) -> None:
         name, source, submodule_search_locations=[str(path.resolve())] if path.is_dir() else None
     )
     if spec is None or spec.loader is None or not source.is_file():
-        raise InputError("--import", given, "needed is a module: a .py file, or a folder with __init__.py")
+        raise InputError("--import", given, "must be a module: a .py file, or a folder with __init__.py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -149,13 +149,13 @@ def _import(given: str) -> None:
 Imports = Annotated[
     list[str] | None,
     typer.Option(
-        "--import", metavar="MODULE", callback=_imported, help="Import a module of your own with parts or studies; repeatable."
+        "--import", metavar="MODULE", callback=_imported, help="Import a module with additional parts or studies; repeatable."
     ),
 ]
 
 
 class Style(StrEnum):
-    """On what figures are printed."""
+    """Page on which figures are printed."""
 
     PRINT = PRINT.name
     JOURNAL = JOURNAL.name
@@ -173,8 +173,8 @@ Styled = Annotated[
     Style,
     typer.Option(
         "--style",
-        help="On what the figure is printed: a page, or a column of a journal "
-        "(88 mm, 8 pt, no title; what would be taller than 230 mm goes across both columns).",
+        help="Page on which the figure is printed: a sheet, or a column of a journal "
+        "(88 mm, 8 pt, no title; a figure taller than 230 mm is set across both columns).",
     ),
 ]
 Formatted = Annotated[list[Format] | None, typer.Option("--format", help="File format of the figure, default png; repeatable.")]
@@ -182,14 +182,14 @@ PRINTED = Style.PRINT
 
 
 def formats_of(given: Iterable[Format] | None) -> list[Format]:
-    """Those that are asked for, each once."""
+    """The requested file formats without repetition; by default PNG."""
     return list(dict.fromkeys(given or [Format.PNG]))
 
 
 def write_figure(
     result: xr.Dataset, folder: Path, style: Style = PRINTED, formats: Iterable[Format] | None = None
 ) -> list[Path]:
-    """Draw the figure of a result and write it into a folder, named as its study. Raises as ``draw`` and ``save_figure`` do."""
+    """Draw the figure of a result and write it into a folder, named after its study. Raises as ``draw`` and ``save_figure``."""
     from wucht.plots.sheet import save_figure
     from wucht.studies.runner import draw
 

@@ -1,4 +1,4 @@
-"""``wucht plot``: the figures again, from the file alone."""
+"""``wucht plot``: draw the figures again, from the file alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A line on stderr that moves: only where someone looks, and only if the run takes a moment."""
+"""Progress on stderr: a moving bar on a terminal only, and only if the run takes longer than a moment."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     import rich.progress
 
 _PATIENCE_S = 0.5
-_SILENCE_S = 5.0  # at most, of a run that has nothing to report yet
+_SILENCE_S = 5.0  # at most, while a run has nothing to report yet
 
 
 class Progress:
-    """Progress of one run. On a terminal a bar, elsewhere a single line; also of a run that has nothing to report yet."""
+    """Progress of one run: on a terminal a bar, elsewhere a single line; also while a run has nothing to report yet."""
 
     def __init__(self, title: str) -> None:
         self._title, self._begun, self._said = printable(title), time.perf_counter(), False
@@ -34,12 +34,12 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self._alarm.cancel()
         with self._one_at_a_time:
-            self._said = True  # whatever comes too late
+            self._said = True  # nothing is printed after the end
             if self._bar is not None:
                 self._bar.stop()
 
     def update(self, share: float, what: str) -> None:
-        """Show which share of the work is done (0 to 1), and what is under way."""
+        """Show the completed share of the work (0 to 1) and the name of the current step."""
         if time.perf_counter() - self._begun < _PATIENCE_S:
             return
         self._begin()
@@ -50,13 +50,13 @@ class Progress:
             self._bar.update(self._bar.task_ids[0], completed=share, description=escape(described))
 
     def _begin(self) -> None:
-        """Say once that something is under way."""
+        """Announce once that the run is under way."""
         with self._one_at_a_time:
             if self._said:
                 return
             self._said = True
             if not sys.stderr.isatty():
-                with suppress(OSError):  # no room where it goes: what the run finds is another matter
+                with suppress(OSError):  # no space for the message: the result does not depend on it
                     sys.stderr.write(f"running {self._title} ...\n")
                     sys.stderr.flush()
                 return

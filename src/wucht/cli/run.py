@@ -27,7 +27,7 @@ def run(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the result's variables as CSV too, with units.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the interrupted run in the output folder.")] = False,
     scheduler: Annotated[
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Compute on the workers of a scheduler of dask.distributed."),
@@ -36,7 +36,7 @@ def run(
     format_: Formatted = None,
     import_: Imports = None,
 ) -> None:
-    """Run a study and say what becomes of the machine."""
+    """Run a study and report its outcome."""
     from wucht.cli.options import parse_settings
     from wucht.studies.study_file import read_study
 
@@ -54,7 +54,7 @@ def tell(
     style: Style = PRINTED,
     format_: list[Format] | None = None,
 ) -> None:
-    """Answer what is read, write the files, and say what was found. study: its name; out: the folder, if one is given."""
+    """Answer the question that is read, write the files and print the report. study: its name; out: the folder, if given."""
     from wucht.cli.progress import Progress
     from wucht.cli.surroundings import interruptible
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
@@ -112,7 +112,7 @@ def tell(
             typer.echo(f"warning: {warning}", err=True)
         typer.echo(f"files: {folder}/{', '.join(names)}")
     if result.attrs["failure"]:
-        sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed is kept in {folder}\n")
+        sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed so far is in {folder}\n")
         raise typer.Exit(1)
     if not result.attrs["finished"]:
         raise typer.Exit(130)

@@ -1,4 +1,4 @@
-"""What a process of the command line is started in: its streams, signals, and settings that are meant for other programs."""
+"""The environment of a command line process: its streams, signals, and settings that are meant for other programs."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from pathlib import Path
 
 from wucht.errors import InputError, WuchtError
 
-_EPOCH = "SOURCE_DATE_EPOCH"  # which libraries read when they are loaded, and when a figure is written
-_LAST_SECOND = 253402300799  # of the year 9999, the last that a date has
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # which OpenBLAS reads when NumPy is loaded, the first before the second
-_KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: of the studies that need most to begin, and for each further thread
+_EPOCH = "SOURCE_DATE_EPOCH"  # read by libraries when they are loaded, and when a figure is written
+_LAST_SECOND = 253402300799  # of the year 9999, the last that a date can have
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # read by OpenBLAS when NumPy is loaded, the first before the second
+_KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: for the start of the largest studies, and for each further thread
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _STDERR = 2
-_HEARD = b"\nstopping: what was found is saved as soon as the step under way is done; once more ends at once, without that\n"
+_HEARD = b"\nstopping: the results so far are saved after the current step; Ctrl-C again stops at once, without saving\n"
 
 
 def open_streams() -> None:
     """Make sure that there are standard streams, and that they take any text.
 
-    One that is closed leads nowhere, and no file that is opened later gets its number; what the alphabet of stdout does not
-    have is replaced.
+    A closed one is connected to the null device, so that no file opened later gets its number; characters that the encoding of
+    stdout lacks are replaced.
     """
     for number in range(3):
         try:
@@ -44,20 +44,20 @@ def _nowhere() -> io.TextIOWrapper:
 
 
 def without_settings_of_figures() -> None:
-    """Have matplotlib loaded without the user's own settings: figures are the same everywhere, and wrong ones do no harm."""
+    """Load matplotlib without the user's settings: figures are the same everywhere, and faulty settings do no harm."""
     os.environ["MPLBACKEND"] = "agg"
     found = importlib.util.find_spec("matplotlib")
     if found is None or found.origin is None:
         return
     own = Path(found.origin).with_name("mpl-data")
     os.environ["MATPLOTLIBRC"] = str(own / "matplotlibrc")
-    if Path("matplotlibrc").exists() and own.is_dir():  # one in the working directory comes before all others
+    if Path("matplotlibrc").exists() and own.is_dir():  # a file in the working directory would take precedence
         with chdir(own):
             importlib.import_module("matplotlib")
 
 
 def check_environment() -> None:
-    """Raises ``InputError`` for an environment variable with which a run would fail after it has computed everything."""
+    """Raise ``InputError`` for an environment variable with which a run would fail after all has been computed."""
     given = os.environ.get(_EPOCH)
     if given is not None and not (given.isascii() and given.isdigit() and int(given[:20]) <= _LAST_SECOND):
         allowed = f"this environment variable must be seconds since 1970, a number from 0 to {_LAST_SECOND}, or not be set"
@@ -65,15 +65,15 @@ def check_environment() -> None:
 
 
 def fit_address_space() -> None:
-    """Have OpenBLAS take no more threads than there is address space for, where it is limited (``ulimit -v``).
+    """Limit the threads of OpenBLAS to the address space, where that is limited (``ulimit -v``).
 
-    To be called before NumPy is loaded: where OpenBLAS gets no memory it tries again for ever, and no signal ends it. Only on
-    Linux is it known what is needed.
+    To be called before NumPy is loaded: if OpenBLAS gets no memory it retries for ever, and no signal ends it. The required
+    amount is known on Linux only.
 
     Raises
     ------
     InputError
-        Where not even one thread has room.
+        If there is not enough for one thread.
     """
     if sys.platform != "linux":
         return
@@ -93,11 +93,11 @@ def fit_address_space() -> None:
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], None]]:
-    """While active, a signal is answered at once, and raised as ``KeyboardInterrupt`` by the function that is given.
+    """Turn signals into ``KeyboardInterrupt``, which the yielded function raises when it is called next.
 
-    It acts at once as long as that function has not been called, when there is nothing to save; a second one always does.
-    What a library makes of that, such as an import that fails half-way, is one too; and where it is swallowed, the function
-    raises it.
+    Until that function has been called for the first time there is nothing to save, and a signal interrupts at once; a second
+    signal always does. An error that a library makes of it, such as an import that fails half-way, counts as the interrupt;
+    where a library swallows it, the function raises it.
     """
     asked, begun = list[int](), set[bool]()
 

@@ -1,1 +1,1 @@
-"""Plots: what figures share, from the page to lines by stability. They know Datasets, and no study."""
+"""Plots: the common parts of figures, from the page to lines by stability. They know Datasets, and no study."""

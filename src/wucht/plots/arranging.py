@@ -1,6 +1,6 @@
-"""The places of a figure's panels, legends, second scales and title: found once, when it is known what is drawn.
+"""Layout of a figure: places of panels, legends, second scales and title, computed once when everything is drawn.
 
-Matplotlib's automatic layout draws everything twice, which takes as long as the whole run. Here what stands between panels is
+Matplotlib's automatic layout draws everything twice, which takes as long as the whole run. Here the gaps between panels are
 measured in sizes of the text, and legends by their words; the figure becomes as tall as that needs.
 """
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 # In sizes of the text: the numbers of a scale, the edge of the page, between panels over one abscissa, and about a name.
 _NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
-_HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: the line with its distance, and between columns
-_WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them stand in two columns
-_ROOM = 1.15  # of a panel's height: so long the name of its scale may be
-_AT_END, _SHARE = 0.02, 0.3  # of the panel: a line that ends so near to its right; of the page: the widest name there
+_HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: its line with the gap to the text, and the gap between columns
+_WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them are set in two columns
+_ROOM = 1.15  # of a panel's height: greatest length of the name of its scale
+_AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Of a panel, in inches from the left and from the top."""
+    """Place of a panel, in inches from the left and from the top."""
 
     axis: Axes
     x: float
@@ -42,7 +42,7 @@ class _Place:
 
 
 def arrange(figure: Figure) -> Figure:
-    """Give everything its place. Figures that were not made by ``sheet`` stay as they are."""
+    """Arrange the parts of a figure. Figures that were not made by ``sheet`` remain unchanged."""
     if not has_sheet(figure):
         return figure
     sheet = sheet_of(figure)
@@ -72,7 +72,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         depth += height + em * _below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:
         depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
-    depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole points of a picture
+    depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole pixels
     figure.set_size_inches(page.width, depth)
     for p in places:
         p.axis.set_position((p.x / page.width, 1 - (p.y + p.height) / depth, p.width / page.width, p.height / depth))
@@ -90,7 +90,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
 
 
 def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[float, float]]]:
-    """What is needed to the left and right of the panels of each column, by how many of them a row has room for."""
+    """Margins to the left and right of the panels of each column, by the number of panels that fit in a row."""
     em, margins = sheet.page.em, dict[int, list[tuple[float, float]]]()
     for row, room, height in zip(sheet.rows, sheet.columns, sheet.heights, strict=True):
         known = margins.setdefault(room, [(0.0, 0.0)] * room)
@@ -104,7 +104,7 @@ def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[f
 
 
 def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
-    """Place what stands above a panel: its second scale, its legend, its title. How much that is, in inches."""
+    """Place the second scale, the legend and the title above a panel. Return their height in inches."""
     em, scale = sheet.page.em, sheet.top.get(axis, 0.0) * sheet.page.em
     lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
     title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.5 * em
@@ -121,13 +121,13 @@ def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
 
 
 def _at_the_left(axis: Axes) -> None:
-    """Put a panel's title where its legend begins; over a sketch without scales it stays in the middle."""
+    """Align a panel's title with its legend; over a sketch without scales it remains centred."""
     if axis.get_xticks().size:
         axis.title.set(x=0.0, ha="left")
 
 
 def _below(row: list[Axes], last: bool, room: float) -> float:
-    """What stands below a row of panels, in sizes of the text; without numbers if they are those of the row below."""
+    """Height of the texts below a row of panels, in sizes of the text; without numbers if the row below has the same."""
     shared = not last and not any(axis.axison and axis.xaxis.get_tick_params().get("labelbottom", True) for axis in row)
     named = max(_name_lines(axis.xaxis, room) for axis in row)
     numbered = any(axis.get_xticks().size for axis in row)
@@ -136,7 +136,7 @@ def _below(row: list[Axes], last: bool, room: float) -> float:
 
 
 def _further_lines(scale: Any) -> int:
-    """How many lines below the first one words take that stand in place of a scale's numbers."""
+    """Number of further lines that words in place of a scale's numbers take below the first."""
     from matplotlib.ticker import FixedLocator
 
     fixed = isinstance(scale.get_major_locator(), FixedLocator)
@@ -145,7 +145,7 @@ def _further_lines(scale: Any) -> int:
 
 
 def _name_lines(scale: Any, room: float) -> int:
-    """Break the name of a scale into lines that fit along it; how many. room: in sizes of the text."""
+    """Break the name of a scale into lines that fit along it, and return their number. room: in sizes of the text."""
     text = scale.get_label_text()
     letters = max(int(room / LETTER), 8)
     if "\n" not in text and "$" not in text and len(text) > letters:
@@ -154,7 +154,7 @@ def _name_lines(scale: Any, room: float) -> int:
 
 
 def _name_ends(figure: Figure, sheet: Sheet) -> None:
-    """Name lines where they end, or else in the legend below."""
+    """Label lines at their ends, or else in the legend below."""
     renderer = cast("Any", figure.canvas).get_renderer()
     for axis, lines in sheet.ends.items():
         named = [line for line in lines if not str(line.get_label()).startswith("_")]
@@ -174,8 +174,8 @@ def _name_ends(figure: Figure, sheet: Sheet) -> None:
 
 
 def _ends(axis: Axes, lines: list[Any]) -> np.ndarray:
-    """How high in the panel (n,) lines end at its right; NaN for those that do not."""
-    axis.get_xlim(), axis.get_ylim()  # matplotlib finds them only when asked
+    """Heights in the panel (n,) at which lines end at its right edge; NaN for those that do not."""
+    axis.get_xlim(), axis.get_ylim()  # matplotlib computes them on access
     to_panel = axis.transScale + axis.transLimits
     ends = np.full(len(lines), np.nan)
     for k, line in enumerate(lines):
@@ -188,7 +188,7 @@ def _ends(axis: Axes, lines: list[Any]) -> np.ndarray:
 
 
 def _legend(parent: Any, named: Named, width: float) -> Legend:
-    """A legend in as many columns as fit in a width (0: one, or two of short names where they are many)."""
+    """Draw a legend in as many columns as fit in a width (0: one column, or two if there are many names)."""
     page = current_page()
     widest = int(width * 72 / (LETTER * page.small)) - 6 if width else _WIDEST
     names = [n if len(n) <= widest or "$" in n else "\n".join(wrapped(n, widest)) for n in named.names]
@@ -205,7 +205,7 @@ def _legend(parent: Any, named: Named, width: float) -> Legend:
 
 
 def _columns(figure: Figure, names: list[str], width: float) -> int:
-    """The most columns of a legend that fit in a width; they are filled one after the other."""
+    """Greatest number of columns of a legend that fit in a width; they are filled one after the other."""
     page, canvas = current_page(), cast("Any", figure.canvas)
     renderer, letter = canvas.get_renderer(), page.small / 72
     each = np.array([max(_width(renderer, line, page) for line in name.split("\n")) + _HANDLE * letter for name in names])
@@ -213,12 +213,12 @@ def _columns(figure: Figure, names: list[str], width: float) -> int:
         parts = np.array_split(each, columns)
         if sum(float(part.max()) for part in parts) + (columns - 1) * _BETWEEN * letter <= width:
             rows = -(-len(names) // columns)
-            return -(-len(names) // rows)  # as few as so many rows need
+            return -(-len(names) // rows)  # as few columns as this number of rows needs
     return 1
 
 
 def _width(renderer: Any, text: str, page: Page) -> float:
-    """Of a text in a legend, in inches."""
+    """Width of a text in a legend, in inches."""
     from matplotlib.font_manager import FontProperties
 
     width, _, _ = renderer.get_text_width_height_descent(text, FontProperties(size=page.small), ismath="$" in text)

@@ -1,4 +1,4 @@
-"""Cams to scale, what they are judged by, and spectra over the orders of a turn."""
+"""Cams to scale, their radii of curvature and motions, and spectra over the orders of a turn."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ _CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curva
 
 
 def draw_circle(axis: Axes, x: float, y: float, radius: float, **look: Any) -> None:
-    """A circle about a point."""
+    """Draw a circle about a point."""
     at = np.linspace(0, 2 * np.pi, 181)
     axis.plot(x + radius * np.cos(at), y + radius * np.sin(at), **look)
 
 
 def frame_cam(axis: Axes) -> None:
-    """A panel in which a cam is drawn to scale."""
+    """Set up a panel in which a cam is drawn to scale."""
     axis.set_aspect("equal", adjustable="datalim")
     axis.set(xlabel="x (mm), cam at 0°", ylabel="y (mm)")
 
 
 def radii_of_curvature(result: Any) -> tuple[Any, float]:
-    """Those of the contours of a result in mm, without those where they are nearly straight; the largest that is drawn."""
+    """Radii of curvature of the contours in mm, left out where they are nearly straight, and the largest one drawn."""
     widest = _CLIPPED * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
     with np.errstate(divide="ignore"):
         radius = 1e3 / result.curvature
@@ -36,18 +36,18 @@ def radii_of_curvature(result: Any) -> tuple[Any, float]:
 
 
 def draw_motion(axis: Axes, result: Any, name: str, per: str = "", **look: Any) -> str:
-    """A motion or a derivative of it over the cam angle, from its law (``position``). Returns the unit in which it is drawn."""
+    """Draw a motion or a derivative of it over the cam angle, from its law (``position``). Return the unit of the drawing."""
     scale, unit = travel_unit(result.position)
     axis.plot(np.degrees(result.cam_angle.values), scale * result[name].values, **look)
     return unit + per
 
 
 def order_scale(axis: Axes, orders: np.ndarray) -> None:
-    """The abscissa of a panel has the orders of a spectrum (N,)."""
+    """Set the abscissa of a panel to the orders of a spectrum (N,)."""
     axis.set(xlim=(0.3, orders[-1] + 0.7), xlabel="order", axisbelow=True)
     axis.locator_params(axis="x", integer=True)
 
 
 def draw_bars_from(axis: Axes, bottom: float, at: np.ndarray, tops: np.ndarray, width: float = 0.4, **look: Any) -> None:
-    """Bars (N,) of a logarithmic scale, which has no zero."""
+    """Draw bars (N,) over a logarithmic scale, which has no zero."""
     axis.bar(at, tops - bottom, width, bottom=bottom, **look)

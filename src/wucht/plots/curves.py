@@ -1,4 +1,4 @@
-"""Curves with more in them than a print shows: thinned, broken where angles wrap, as a band where they swing fast."""
+"""Curves with more detail than a print can show: thinned, broken where angles wrap, as a band where they swing fast."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from wucht.plots.style import GREY
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RESIDUAL = 0.45  # inches: the panel of the energy residual is a check, and takes no more room than that
+RESIDUAL = 0.45  # inches: height of the panel of the energy residual, which is only a check
 _ROUNDING = 1e-18  # a residual: nothing below is drawn
 _MOST_POINTS = 4000
-_NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
+_NEAR_ZERO = 45.0  # degrees: angles that end this close to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
-_DENSE, _SEEN = 3, 0.01  # turning points in a strip, and the share of the panel's height that a swing must have to be seen
+_DENSE, _SEEN = 3, 0.01  # turning points in a strip, and the least visible swing as a share of the panel's height
 _BAND: dict[str, Any] = {"alpha": 0.35, "linewidth": 0.6, "zorder": 2}
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """No more points than a print shows, extremes kept: smallest and largest value of each interval, in their order."""
+    """Thin a curve to the points that a print can show: smallest and largest value of each interval, in their order."""
     if len(x) <= _MOST_POINTS:
         return x, y
     size = len(x) // (_MOST_POINTS // 2) + 1
@@ -38,7 +38,7 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_residual(axis: Axes, time: np.ndarray, residual: np.ndarray) -> None:
-    """That of the energy balance: that it is small is all that is to be seen."""
+    """Draw the residual of the energy balance: the panel only shows that it is small."""
     axis.semilogy(*thinned(time, np.maximum(residual, _ROUNDING)), color=GREY, linewidth=0.8)
     axis.set_ylim(_ROUNDING, max(1e-8, 10 * float(residual.max(initial=0.0))))
     axis.set_yticks([1e-16, 1e-8])
@@ -57,7 +57,7 @@ def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:
 def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
     """Set the axis of a panel of angles (degrees) to one turn.
 
-    Returns where it begins: at -180 where all angles end near 0, else at 0.
+    Returns its lower limit: -180 if all angles end near 0, else 0.
     """
     last = [a[np.isfinite(a)][-1] for a in angles if np.isfinite(a).any()]
     near = bool(last) and all(abs((x + 180) % 360 - 180) < _NEAR_ZERO for x in last)
@@ -68,9 +68,9 @@ def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
 
 
 def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, styles: Sequence[dict[str, Any]]) -> None:
-    """Angles (n, N) in a panel from ``begin`` on, with gaps where they wrap.
+    """Draw angles (n, N) in a panel from ``begin`` on, with gaps where they wrap.
 
-    Where one turns faster than can be drawn its line is left out, and a pale band with its name says so.
+    Where an angle turns too fast to be drawn, a pale band with its name replaces its line.
     """
     passing: list[tuple[np.ndarray, dict[str, Any]]] = []
     for angle, style in zip(degrees, styles, strict=True):
@@ -87,7 +87,7 @@ def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, st
 
 
 def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """Where (N,) an angle makes more than a turn within a hundredth of the panel."""
+    """True (N,) where an angle makes more than a turn within a hundredth of the panel."""
     span = abs(float(x[-1] - x[0])) if len(x) > 1 else 0.0
     if not span or not np.isfinite(span):
         return np.zeros(len(x), bool)
@@ -98,7 +98,7 @@ def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
 
 
 def draw_swings(axis: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> None:
-    """A curve (N,) over x (N,); where it swings faster than can be drawn, a band between its extremes instead of a black block.
+    """Draw a curve (N,) over x (N,); where it swings too fast to be drawn, a band between its extremes replaces a black block.
 
     look: of the line, with its ``label``.
     """
@@ -130,7 +130,7 @@ def _extremes(strip: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _swinging(x: np.ndarray, y: np.ndarray, logarithmic: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Where (N,) a curve swings faster than can be drawn; and in which strip of the panel (N,) each point lies."""
+    """Mask (N,) of the points where a curve swings too fast to be drawn, and the strip of the panel (N,) of each point."""
     span = float(x[-1] - x[0]) if len(x) > 1 else 0.0
     if not span > 0 or not np.isfinite(span) or not np.isfinite(y).all() or (np.diff(x) < 0).any():
         return np.zeros(len(x), bool), np.zeros(len(x), int)
@@ -144,5 +144,5 @@ def _swinging(x: np.ndarray, y: np.ndarray, logarithmic: bool) -> tuple[np.ndarr
     seen = swung > _SEEN * float(np.ptp(height)) * count
     dense = (count >= _DENSE) & seen
     beside = np.r_[False, dense[:-1]] | np.r_[dense[1:], False]
-    dense |= (count >= _DENSE - 1) & beside & seen  # so that band and line do not take turns
+    dense |= (count >= _DENSE - 1) & beside & seen  # so that band and line do not alternate
     return dense[strip], strip

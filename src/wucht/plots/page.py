@@ -1,4 +1,4 @@
-"""On what a figure is printed: a page of a report, or a column of a journal."""
+"""Pages on which figures are printed: a page of a report, or a column of a journal."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Page:
-    """width: of the figure, in inches. height: of panels, as a share of what is usual. font, small: sizes of text, in points.
+    """A page. width: of figures, in inches. height: of panels, relative to the usual one. font, small: text sizes, in points.
 
-    titled: whether title and answer stand above. columns: at most so many panels beside each other. beside: legends stand
-    beside their panels; otherwise above them. dpi: of a picture. tallest: as tall as a figure may be, in inches.
+    has_title: whether title and answer are printed above. columns: greatest number of panels beside each other. beside: legends
+    are beside their panels; otherwise above them. dpi: of a picture. tallest: greatest height of a figure, in inches.
     """
 
     name: str
@@ -32,18 +32,18 @@ class Page:
 
     @property
     def instead(self) -> tuple[Page, ...]:
-        """Where a figure would be too tall: with lower panels, then across both columns of the journal."""
+        """Pages for a figure that is too tall: with lower panels, then across both columns of the journal."""
         wide = (_BOTH_COLUMNS,) if self == JOURNAL else ()
         return tuple(page for one in (self, *wide) for page in (one, replace(one, height=_LOWER * one.height)))[1:]
 
     @property
     def em(self) -> float:
-        """The size of the text in inches: what stands between panels is measured by it."""
+        """The size of the text in inches, the unit of the gaps between panels."""
         return self.font / 72
 
     @property
     def settings(self) -> dict[Any, Any]:
-        """What matplotlib takes from its settings while a figure is made, and, of ticks, when it is written."""
+        """Settings of matplotlib while a figure is made, and, for its ticks, while it is written."""
         return {
             "font.size": self.font, "legend.fontsize": self.small, "legend.title_fontsize": self.small,
             "axes.titlesize": self.font, "axes.labelsize": self.font, "axes.spines.top": False, "axes.spines.right": False,
@@ -72,7 +72,7 @@ def small() -> float:
 
 @contextmanager
 def made_for(page: Page) -> Iterator[None]:
-    """Figures that are made or written within are for this page, whatever the user's own settings of matplotlib are."""
+    """Make and write figures for this page, whatever the user's settings of matplotlib are."""
     from matplotlib import rc_context
 
     token = _CURRENT.set(page)
@@ -85,7 +85,7 @@ def made_for(page: Page) -> Iterator[None]:
 
 @cache
 def _defaults() -> dict[Any, Any]:
-    """The settings with which matplotlib comes, but for what shows figures on a screen."""
+    """The default settings of matplotlib, except the backend that shows figures on a screen."""
     from matplotlib import rcParamsDefault
 
     return {name: value for name, value in rcParamsDefault.items() if name != "backend"}

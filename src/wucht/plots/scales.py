@@ -1,4 +1,4 @@
-"""Scales of panels: what they are called, in which unit they are drawn, and where their ticks are."""
+"""Scales of panels: their names, units and ticks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
-_PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most so many:
+_PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most:
 _MOST_TICKS = 5
 
 
@@ -25,13 +25,13 @@ def printed(result: Any, name: str) -> tuple[np.ndarray, str]:
 
 
 def name_speeds(axis: Axes, result: Any, name: str = "speed", of: str = "y") -> None:
-    """The name of a scale of speeds, and the second scale in revolutions per minute."""
+    """Name a scale of speeds, and add the second scale in revolutions per minute."""
     getattr(axis, f"set_{of}label")(label(result, name))
     rpm_axis(axis, str(result[name].attrs["units"]), of)
 
 
 def parameter_label(result: Any, of: str = "along") -> str:
-    """A parameter in words and with its unit: from attributes ``along``, ``along_what``, ``along_unit`` of a result."""
+    """Name of a parameter with its unit, from the attributes ``along``, ``along_what``, ``along_unit`` of a result."""
     return with_unit(named(*(str(result.attrs[key]) for key in (of, f"{of}_what"))), str(result.attrs[f"{of}_unit"]))
 
 
@@ -41,12 +41,12 @@ def travel_unit(values: Any) -> tuple[float, str]:
 
 
 def turn_scale(axis: Axes, name: str = "cam angle (°)") -> None:
-    """The abscissa of a panel is a whole turn, in degrees."""
+    """Set the abscissa of a panel to a whole turn, in degrees."""
     axis.set(xlim=(0, 360), xticks=np.arange(0, 361, 60), xlabel=name)
 
 
 def plain_decades(axis: Axis, alone: bool = False) -> None:
-    """Ticks of a logarithmic axis as 1e-9: matplotlib's own typesetting of powers takes as long as all the rest of a figure.
+    """Write ticks of a logarithmic axis as 1e-9: typesetting powers in matplotlib takes as long as the rest of a figure.
 
     alone: without numbers between the decades.
     """
@@ -56,14 +56,14 @@ def plain_decades(axis: Axis, alone: bool = False) -> None:
 
 
 def decades_about(values: np.ndarray) -> tuple[float, float]:
-    """Limits of a logarithmic scale for values (N,), so that it has ticks."""
+    """Limits of a logarithmic scale for values (N,), whole decades so that it has ticks."""
     positive = values[values > 0]
     low, high = (positive.min(), positive.max()) if len(positive) else (0.1, 1.0)
     return float(10 ** np.floor(np.log10(0.8 * low))), float(10 ** np.ceil(np.log10(1.25 * high)))
 
 
 def multiples_of_pi(low: float, high: float) -> list[tuple[float, str]]:
-    """The ticks of an angle and what they are called; none where fewer than two of them lie in the range."""
+    """Ticks of an angle with their labels; none if fewer than two of them lie in the range."""
     ticks: list[tuple[float, str]] = []
     for parts in _PARTS_OF_PI:
         step, little = math.pi / parts, 1e-3 * (high - low)
@@ -75,7 +75,7 @@ def multiples_of_pi(low: float, high: float) -> list[tuple[float, str]]:
 
 
 def of_pi(n: int, parts: int) -> str:
-    """n pi over so many parts: ``3π/4``."""
+    """The fraction n pi / parts as text: ``3π/4``."""
     common = math.gcd(n, parts)
     n, parts = n // common, parts // common
     if n == 0:

@@ -1,4 +1,4 @@
-"""A figure's panels, legends and second scales, and the file of it. ``arranging`` gives them their places when all is drawn."""
+"""Panels, legends and second scales of a figure, and its file. ``arranging`` places them when everything is drawn."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 SCALE, TICKS, LINE = 6.2, 1.8, 1.25  # in sizes of the text: a scale with its name beside a panel, its numbers, a line
 _BAR = 1.0  # a bar of colours beside a panel
 LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
-_WIDE = 0.58  # that of a letter in a sentence with many numbers
+_WIDE = 0.58  # mean width of a letter in a sentence with many numbers
 
 
 @dataclass
 class Named:
-    """A legend that is to be placed: its entries and title."""
+    """Entries and title of a legend that is to be placed."""
 
     handles: list[Any]
     names: list[str]
@@ -38,8 +38,8 @@ class Named:
 
 @dataclass
 class Sheet:
-    """What a figure is arranged from. rows: of panels; columns: for how many panels each has room; heights: of each, in inches.
-    right: room for scales beside panels. stated: what is written below the heading."""
+    """Parts of a figure to be arranged. rows: of panels; columns: number of panels that fit in each row; heights: of each,
+    in inches. right: room for scales beside panels. assumption_note: text below the heading."""
 
     page: Page
     heading: str
@@ -56,22 +56,22 @@ class Sheet:
     stated: str = ""
 
 
-_SHEET = "_wucht_sheet"  # attribute of a figure: a table of figures would keep them alive, for a sheet refers to its own
+_SHEET = "_wucht_sheet"  # attribute of a figure: a global table would keep figures alive, as a sheet refers to its figure
 
 
 def sheet_of(figure: Figure) -> Sheet:
-    """What a figure that was made here is arranged from."""
+    """The sheet of a figure that was made here."""
     sheet: Sheet = getattr(figure, _SHEET)
     return sheet
 
 
 def has_sheet(figure: Figure) -> bool:
-    """Whether a figure was made here."""
+    """True if a figure was made here."""
     return hasattr(figure, _SHEET)
 
 
 def new_figure(rows: int, title: str, subtitle: str = "", heights: float | Sequence[float] = 1.55) -> tuple[Figure, list[Axes]]:
-    """A figure with one column of panels over a common abscissa. heights: of the panels, in inches."""
+    """Make a figure with one column of panels over a common abscissa. heights: of the panels, in inches."""
     drawn, axes = new_grid(rows, title, subtitle, columns=1, heights=heights)
     for axis in axes[1:]:
         axis.sharex(axes[0])
@@ -92,10 +92,10 @@ def new_grid(
     wide: int = 0,
     last: int = 0,
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with panels that have abscissae of their own, row by row.
+    """Make a figure with panels that have separate abscissae, row by row.
 
-    columns: panels in a row; narrow: in a column of a journal. wide, last: so many of the first, and of the last, have a row
-    each. heights: of the rows, in inches; the last one is that of those that follow, too.
+    columns: panels in a row; narrow: in a column of a journal. wide, last: numbers of panels at the beginning and at the end
+    with a row each. heights: of the rows, in inches; the last one holds for all further rows.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -128,45 +128,45 @@ def _panel(drawn: Figure) -> Axes:
 
 
 def _lines(text: str, page: Page) -> list[str]:
-    """A text in lines that fit on the page."""
+    """Break a text into lines that fit on the page."""
     letters = int(page.width * 72 / (_WIDE * TITLE))
     return wrapped(text, letters) if text else []
 
 
 def state(figure: Figure, statements: Sequence[str]) -> None:
-    """Write what a result assumes in small type below the heading, where there is one."""
+    """Write the assumptions of a result in small type below the heading, if there is one."""
     if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
         letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
         sheet.stated = "\n".join(wrapped(f"assumed: {'; '.join(statements)}", letters))
 
 
 def page_of(figure: Figure) -> Page:
-    """For which page a figure was made."""
+    """The page for which a figure was made."""
     return sheet_of(figure).page if has_sheet(figure) else PRINT
 
 
 def legend_beside(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
-    """Name what is drawn beside its panel (above it where the page is narrow): all that has a name, or some of it."""
+    """Add the legend of a panel beside it (above it if the page is narrow), with all labelled artists or the given ones."""
     sheet = sheet_of(figure_of(axis))
     named = _named(axis, handles, title)
     alone = len(named.names) == 1 and title is None and named.names[0] in axis.get_ylabel()
-    if named.names and not alone:  # the name of the scale says it already
+    if named.names and not alone:  # a single name that the scale has already is left out
         (sheet.beside if sheet.page.beside else sheet.above)[axis] = named
 
 
 def legend_above(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
-    """Name what is drawn above its panel, likewise."""
+    """Add the legend of a panel above it, likewise."""
     if (named := _named(axis, handles, title)).names:
         sheet_of(figure_of(axis)).above[axis] = named
 
 
 def legend_below(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
-    """One legend for all panels, below them; each name once."""
+    """Add one legend for all panels, below them; each name once."""
     sheet_of(figure).below = _once(handles, title)
 
 
 def legend_over(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
-    """One legend for all panels, over them, likewise."""
+    """Add one legend for all panels, above them, likewise."""
     sheet_of(figure).over = _once(handles, title)
 
 
@@ -185,7 +185,7 @@ def draw_panels(
     subtitle: str | None = None,
     **layout: Any,
 ) -> tuple[Figure, list[Axes]]:
-    """A figure under the title and sentence of a result (or a subtitle), each panel drawn by a function and with its legend.
+    """Make a figure with the title and sentence of a result (or a subtitle), each panel drawn by a function, with its legend.
 
     layout: as for ``new_grid``.
     """
@@ -199,12 +199,12 @@ def draw_panels(
 
 
 def name_at_ends(axis: Axes) -> None:
-    """Name the lines of a panel where they end at its right; below all panels, if there is no room for that."""
+    """Label the lines of a panel at their right ends; in the legend below all panels, if there is no room for that."""
     sheet_of(figure_of(axis)).ends[axis] = list(axis.get_lines())
 
 
 def named_in(axes: Iterable[Axes]) -> list[Any]:
-    """What has a name in some panels."""
+    """The labelled artists of several panels."""
     return [handle for axis in axes for handle in axis.get_legend_handles_labels()[0]]
 
 
@@ -221,7 +221,7 @@ def figure_of(axis: Axes) -> Figure:
 
 
 def rpm_axis(axis: Axes, unit: str, of: str = "y") -> None:
-    """A second scale in revolutions per minute, to the right of a panel over speeds in rad/s, or (``of`` = "x") above it."""
+    """Add a second scale in revolutions per minute to the right of a panel of speeds in rad/s, or (``of`` = "x") above it."""
     if unit != "rad/s":
         return
     sheet, per = sheet_of(figure_of(axis)), 30 / math.pi
@@ -241,7 +241,7 @@ def rpm_axis(axis: Axes, unit: str, of: str = "y") -> None:
 
 
 def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
-    """The scale of an image, beside its panel."""
+    """Add the colour scale of an image beside its panel."""
     figure = figure_of(axis)
     bar = figure.colorbar(image, cax=axis.inset_axes((1.03, 0.0, 0.045, 1.0)))
     bar.set_label(name)
@@ -252,7 +252,7 @@ def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
 
 def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
-    # Packed a third faster than by default, and a tenth larger.
+    # Compressed a third faster than by default, and a tenth larger.
     packing: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
     with warnings.catch_warnings(), made_for(page_of(figure)):
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks

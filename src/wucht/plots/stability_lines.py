@@ -1,4 +1,4 @@
-"""Branches of steady states and orbits, solid where stable, dashed where not; marked points, regions, and what legends say."""
+"""Branches of steady states and orbits, solid where stable, dashed where not; marked points, regions, and legend entries."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 Symbol = tuple[str, str, str]  # marker, face, name
 _SIZE = 5
-_FRAME = 0.5  # width of the frame of a region's field in a legend
-OVERLAPPING = "bodies overlapping"  # those of a track, as nothing keeps them apart here
+_FRAME = 0.5  # line width of the frame of a region in a legend
+OVERLAPPING = "bodies overlapping"  # bodies of a track, as contacts between them are left out here
 _UNSTABLE: dict[str, Any] = {"color": GREY, "linestyle": "--", "linewidth": 0.84}
 _COLOURS = (COLOURS[0], COLOURS[3], COLOURS[5], COLOURS[4])
 _THINNER = 0.7
-_BETWEEN = 8  # parts of a smooth curve between two points
-_FEWEST = 4  # points through which a smooth curve is drawn, not a polygon
+_BETWEEN = 8  # segments of a smooth curve between two points
+_FEWEST = 4  # least number of points for a smooth curve instead of a polygon
 
 
 def entry(name: str, **look: Any) -> Any:
-    """A line or a mark in a legend."""
+    """A line or a marker in a legend."""
     from matplotlib.lines import Line2D
 
     return Line2D([], [], label=name, **look)
@@ -41,14 +41,14 @@ def field(name: str, tone: str, hatch: str = "", edge: str = GREY, **look: Any) 
 def draw_classes(
     axis: Axes, x: np.ndarray, y: np.ndarray, classes: Iterable[tuple[np.ndarray, str, str, str | None]], **look: Any
 ) -> None:
-    """Points (N,) in classes: which (N,) belong to each, its marker, its face and its name. One without points has no name."""
+    """Draw points (N,) in classes: mask (N,) of each class, its marker, face colour and name. An empty class has no name."""
     for chosen, marker, face, name in classes:
         if chosen.any():
             axis.plot(x[chosen], y[chosen], marker, markerfacecolor=face, label=name, **look)
 
 
 def draw_kinds(axis: Axes, x: np.ndarray, y: np.ndarray, kinds: np.ndarray, symbols: Mapping[str, Symbol]) -> None:
-    """Special points (N,), each with the symbol of its kind; one without kind is none."""
+    """Draw special points (N,), each with the symbol of its kind; points without a kind are left out."""
     for kind in _present(kinds):
         marker, face, _ = _symbol(kind, symbols)
         at = kinds.astype(str) == kind
@@ -56,7 +56,7 @@ def draw_kinds(axis: Axes, x: np.ndarray, y: np.ndarray, kinds: np.ndarray, symb
 
 
 def entries_of_kinds(kinds: np.ndarray, symbols: Mapping[str, Symbol]) -> list[Any]:
-    """What a legend says of special points."""
+    """Legend entries of special points."""
     known = [_symbol(kind, symbols) for kind in _present(kinds)]
     look: dict[str, Any] = {"color": "black", "linestyle": "", "markersize": _SIZE}
     return [entry(name, marker=marker, markerfacecolor=face, **look) for marker, face, name in known]
@@ -67,30 +67,30 @@ def _present(kinds: np.ndarray) -> list[str]:
 
 
 def _symbol(kind: str, symbols: Mapping[str, Symbol]) -> Symbol:
-    """That of a kind; of one that has none, that of the kind without a name."""
+    """The symbol of a kind; by default that of the kind without a name."""
     marker, face, name = symbols.get(kind, symbols[""])
     return marker, face, name or kind.replace("-", " ")
 
 
 def draw_region(axis: Axes, x: np.ndarray, y: np.ndarray, inside: np.ndarray, hatch: str, edge: str, **look: Any) -> None:
-    """A region of the plane with a hatch: x (M,), y (N,), where it is (N, M). look: ``colors``, if it has a tone, too."""
+    """Draw a hatched region of the plane: x (M,), y (N,), mask (N, M). look: with ``colors``, if it is coloured too."""
     drawn = axis.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], hatches=[hatch], **{"colors": ["none"]} | look)
     drawn.set(edgecolor=edge, linewidth=0.0)
 
 
 def equal_stretches(kinds: np.ndarray) -> list[tuple[int, int]]:
-    """Where runs of equal values in (N,) begin, and where the next one does."""
+    """Runs of equal values in (N,): the first index of each, and that of the next run."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(kinds)) + 1, [len(kinds)]])
     return [(a, b) for a, b in pairwise(edges.tolist()) if b > a]
 
 
 def meeting(dashed: np.ndarray) -> np.ndarray:
-    """Where (N,) a line is drawn so that it meets that which ends before it: one point earlier."""
+    """Extend the stretches of a mask (N,) by one point backwards, so that their line meets the preceding one."""
     return np.asarray(dashed | np.concatenate([[False], dashed[:-1]]))
 
 
 def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
-    """From one of the points (2, N) of a branch to another: cubics in the length of the polygon, Akima's, that do not swing.
+    """Smooth curve between two points of a branch (2, N): Akima's cubics over the polygon's length, which do not overshoot.
 
     panel: its width and height.
     """
@@ -107,14 +107,14 @@ def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end
 
 
 def draw_by_stability(axis: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, name: str, **look: Any) -> None:
-    """A curve (N,), dashed where (N,) it is not stable; both kinds of line have a name."""
+    """Draw a curve (N,), dashed where it is not stable (N,); both kinds of line have a name."""
     axis.plot(x, np.where(stable, y, np.nan), label=name, **look)
     if not stable.all():
         axis.plot(x, np.where(meeting(~stable), y, np.nan), label=f"{name}, unstable", **look | {"linestyle": "--"})
 
 
 def draw_configurations(axis: Axes, result: Any, values: np.ndarray, width: float = 1.2) -> None:
-    """Draw values (configuration, speed) of a result, a colour for each name as long as there are any.
+    """Draw values (configuration, speed) of a result, with one colour per name while colours last.
 
     The result has ``configuration_name``, ``stable`` and ``overlapping``.
     """

@@ -1,4 +1,4 @@
-"""How figures look: printable, and readable with any colour vision."""
+"""Appearance of figures: printable, and readable with any colour vision."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 # M. Okabe, K. Ito, "Color Universal Design", 2008: distinguishable with every kind of colour vision (less its pale yellow).
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 DASHES = ("-", "--", "-.", ":")
-MOST_LOOKS = 28  # lines that can be told from each other, in grey too
+MOST_LOOKS = 28  # lines that can be distinguished, in grey too
 GREY = "#666666"
-GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}  # where a value lies that is known otherwise
-# What a drive reaches without vibration: with dashes that no line has.
+GUIDE: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 0.9}  # lines at reference values
+# The speed of a drive without vibration: with dashes that no other line has.
 FREE: dict[str, Any] = {"color": GREY, "linestyle": (0, (10, 3)), "linewidth": 0.9}
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (3, 4)), "linewidth": 1.0, "zorder": 4}  # averaged equations
 # Bars beside each other, the second kind with a hatch: in grey, too, they are two kinds.
@@ -28,22 +28,22 @@ HATCHED: tuple[dict[str, Any], ...] = (
     {"edgecolor": "white", "linewidth": 0.0, "hatch": "////"},
 )
 _BRIGHTEST = 0.9  # of the scale of colours
-_MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours come again; of the panel's diagonal
+_MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours are repeated; of the panel's diagonal
 
 
 def line_style(index: int) -> dict[str, Any]:
-    """Colour and dash of the index-th line: neighbours differ in both; marks besides where the colours come again."""
+    """Colour and dash of the index-th line: neighbours differ in both; with markers where the colours are repeated."""
     look = {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index % len(DASHES)], "linewidth": 1.1}
     again = index // len(COLOURS) % (len(_MARKS) + 1)
     if not again:
         return look
-    # Not at the same places: where curves lie upon each other the marks are seen side by side.
+    # Not at the same places, so that markers of coinciding curves are side by side.
     every = (_MARK_EVERY * (index % len(COLOURS)) / len(COLOURS), _MARK_EVERY)
     return look | {"marker": _MARKS[again - 1], "markersize": 3.5, "markerfacecolor": "white", "markevery": every}
 
 
 def shades(count: int) -> list[str]:
-    """Of many lines in their order: from dark to as light as is seen on white."""
+    """Colours of many ordered lines: from dark to the lightest visible on white."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
@@ -51,7 +51,7 @@ def shades(count: int) -> list[str]:
 
 
 def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
-    """Dotted lines across a panel, the first of which has the name."""
+    """Draw dotted lines across a panel, of which the first has the name."""
     for k, value in enumerate(values):
         axis.axhline(value, **GUIDE, label=None if k else name)
 
@@ -59,8 +59,8 @@ def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
 def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], named: int) -> None:
     """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
 
-    natural: what the natural frequencies are called, one of them and several; they are marked for both senses. free: the speed
-    that the drive reaches, and what it is called. named: the panel whose legend has these.
+    natural: name of a natural frequency, singular and plural; they are marked for both senses of rotation. free: the speed that
+    the drive reaches, and its name. legend_panel: the panel whose legend has these.
     """
     low, high = float(result.speed[0]), float(result.speed[-1])
     frequencies = np.round(result.natural_frequency.values, 9)

@@ -1,1 +1,1 @@
-"""Results: quantities, the Dataset that they make and what it says of itself, store and provenance."""
+"""Results: quantities, their Dataset and its accessor, storage and provenance."""

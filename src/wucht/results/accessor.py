@@ -1,4 +1,4 @@
-"""``result.wucht``: what every result says of itself, without JSON."""
+"""``result.wucht``: the summary, question and notes of every result, without JSON."""
 
 from __future__ import annotations
 
@@ -13,48 +13,48 @@ from wucht.errors import WuchtError
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEW = 12  # numbers of a summary that a table shows
+_FEW = 12  # numbers of a summary in the table of a notebook
 
 
 class ResultAccessor:
-    """A result as an object. It alone reads the attributes that are JSON in the Dataset, each once.
+    """A result as an object. It parses the attributes that are JSON in the Dataset, each once.
 
     Attributes
     ----------
     study : str
-        Its kind, such as ``run-up``.
+        Kind of the study, such as ``run-up``.
     title : str
-        Of the machine, or whatever the question was about.
+        Title of the machine or other subject.
     question : dict
         ``spec`` and ``machine``, under the keys ``study`` and ``machine``.
     spec : dict
-        What was asked: the keys of ``[study]``.
+        The question: the keys of ``[study]``.
     machine : dict
-        What it was asked of: title, parameters by path (SI floats), bodies (name, kind, what they turn about).
+        The subject: title, parameters by path (SI floats), bodies (name, kind, the body they turn about).
     summary : dict
-        The numbers of the contract, SI floats, None where there is none.
+        The numbers of the contract, SI floats, None for missing ones.
     quantities : dict
-        Of each key of the summary: ``what`` it is, its ``unit``, and of a table its ``parts``. Empty of results of earlier
-        versions.
+        For each key of the summary its description (``what``), its ``unit``, and of a table its ``parts``. Empty for results of
+        earlier versions.
     sentence : str
         The answer in words.
     assumed : list of str
-        What the answer assumes: which equations, how fast what turns, where bodies are held.
+        Assumptions of the answer: the equations, the speeds, where bodies are held.
     warnings, notes : list of str
-        What is doubtful; what parameters were made of, such as the circuit of a motor of its nameplate.
+        Doubts; origins of derived parameters, such as a motor's circuit from its nameplate.
     contents : list of str
-        The variables that the result had when it was written.
+        Variables of the result when it was written.
     failure : str
-        Why the result is not complete, empty if nothing failed.
+        Reason why the result is not complete, empty if nothing failed.
     finished : bool
-        Whether the study reached its end.
+        True if the study reached its end.
     dimensionless : bool
-        Whether its numbers have no units.
+        True if the numbers have no units.
 
     Raises
     ------
     WuchtError
-        Where the Dataset is no result of a study.
+        If the Dataset is no result of a study.
     """
 
     def __init__(self, result: xr.Dataset) -> None:
@@ -62,7 +62,7 @@ class ResultAccessor:
         missing = [name for name in ("summary", "sentence", "warnings", "failure") if name not in attributes]
         if missing:
             raise WuchtError(f"this Dataset is no result of a study: it has no attribute {missing[0]}", code="no-result")
-        # What the runner adds is not there yet while a study puts its answer together.
+        # Attributes of the runner are still missing while a study composes its answer.
         self.question: dict[str, dict[str, Any]] = json.loads(attributes.get("input", '{"study": {}, "machine": {}}'))
         self.study: str = attributes.get("study", "")
         self.title: str = attributes.get("title", "")
@@ -80,7 +80,7 @@ class ResultAccessor:
     def unit_at(self, path: str) -> str:
         """The unit of a number of the summary by its path, such as ``working_points[0].speed``.
 
-        That of the last step that is a key or one of its parts; empty of a ratio, and of what has no unit.
+        The unit of the last step of the path that is a key or one of its parts; empty for numbers without a unit.
         """
         first, _, rest = re.sub(r"\[\d+\]", "", path).partition(".")
         stated = self.quantities.get(first, {})
@@ -91,7 +91,7 @@ class ResultAccessor:
 
     @property
     def headlines(self) -> list[str]:
-        """The numbers of the summary that are looked at first, by their paths."""
+        """Paths of the main numbers of the summary."""
         paths = list[str]()
         for name, facts in self.quantities.items():
             parts = facts.get("headline", False)
@@ -113,7 +113,7 @@ class ResultAccessor:
 
 @cache
 def register() -> None:
-    """Make ``Dataset.wucht`` known to xarray."""
+    """Register ``Dataset.wucht`` with xarray."""
     import xarray as xr_
 
     xr_.register_dataset_accessor("wucht")(ResultAccessor)  # type: ignore[no-untyped-call]

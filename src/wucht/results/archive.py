@@ -1,7 +1,7 @@
 """Frozen data as a Zarr group: numbers, text, arrays, tuples, dictionaries, and dataclasses of them. Reading executes nothing.
 
-The numbers of all arrays of one type stand one after the other in one array of the group; what they belong to is said by its
-attribute ``tree``, and whether all of them are there by ``digest``: whatever is cut off, mixed up or half written is not read.
+The numbers of all arrays of one type are stored one after the other in one array of the group. Its attribute ``tree`` assigns
+them to the values, and ``digest`` checks that they are complete: truncated, mixed or half-written data are not read.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ import numpy as np
 
 from wucht.errors import WuchtError
 
-_KINDS = "biufc"  # of arrays: truth values, integers, real and complex numbers
-_AT_ONCE = 2**20  # numbers that are written at once
-Arrays = dict[str, list[np.ndarray]]  # by type: one after the other
+_KINDS = "biufc"  # of arrays: booleans, integers, real and complex numbers
+_AT_ONCE = 2**20  # numbers per chunk
+Arrays = dict[str, list[np.ndarray]]  # by type, in order
 
 
 def write(path: Path, values: Mapping[str, Any]) -> None:
-    """Write named values as a group that is not there yet. Raises ``WuchtError`` for what is no frozen data, ``OSError``."""
+    """Write named values as a new group. Raises ``WuchtError`` for anything but frozen data, and ``OSError``."""
     import zarr
 
     arrays: Arrays = {}
@@ -41,7 +41,7 @@ def write(path: Path, values: Mapping[str, Any]) -> None:
 
 
 def _blocks(parts: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-    """The numbers of all parts, so many at once: together they may be more than there is room for a second time."""
+    """Yield the numbers of all parts in chunks: memory may not suffice for a second copy of them all."""
     waiting, count = list[np.ndarray](), 0
     for part in parts:
         rest = part.ravel()
@@ -57,7 +57,7 @@ def _blocks(parts: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The values of a group. Classes are looked up among those that are loaded. Raises ``WuchtError`` for anything else."""
+    """Read the values of a group. Classes must be loaded already. Raises ``WuchtError`` for anything else."""
     import zarr
 
     try:
@@ -68,12 +68,12 @@ def read(path: Path) -> dict[str, Any]:
             raise ValueError("numbers are missing")
         return {name: _unpacked(value, joined) for name, value in json.loads(tree).items()}
     except Exception as error:
-        # Whatever a damaged group makes the readers beneath stumble over: to the user it is one thing.
+        # A damaged group can cause any error in the libraries beneath: to the user they mean the same.
         raise WuchtError(f"{path} cannot be read: {error}", code="incomplete") from None
 
 
 def size(value: Any) -> int:
-    """The bytes of all arrays in frozen data."""
+    """Size in bytes of all arrays in frozen data."""
     if isinstance(value, np.ndarray):
         return value.nbytes
     if isinstance(value, Mapping):
@@ -110,7 +110,7 @@ def _packed(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
     if is_dataclass(value) and not isinstance(value, type):
         return {"class": _name(type(value)), "fields": {f.name: _packed(getattr(value, f.name), arrays) for f in fields(value)}}
     raise WuchtError(
-        f"a {type(value).__name__} cannot be kept: units of work return frozen dataclasses, arrays and numbers", code="unit"
+        f"a {type(value).__name__} cannot be stored: units of work return frozen dataclasses, arrays and numbers", code="unit"
     )
 
 
@@ -118,10 +118,10 @@ def _packed_array(array: np.ndarray, arrays: Arrays) -> Any:
     if array.dtype.kind == "U":
         return {"text": array.ravel().tolist(), "type": array.dtype.str, "shape": array.shape}
     if array.dtype.kind not in _KINDS or not array.dtype.isnative:
-        raise WuchtError(f"an array of {array.dtype} cannot be kept: units of work return arrays of numbers and text")
+        raise WuchtError(f"an array of {array.dtype} cannot be stored: units of work return arrays of numbers and text")
     parts = arrays.setdefault(array.dtype.name, [])
     begin = sum(part.size for part in parts)
-    parts.append(array)  # flat only when it is written, one after the other: that may be a copy
+    parts.append(array)  # flattened only when it is written, as that may copy it
     return {"array": array.dtype.name, "begin": begin, "shape": array.shape}
 
 
@@ -133,7 +133,7 @@ def _unpacked(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:  # noqa: PLR
     if "array" in value:
         shape, begin = value["shape"], value["begin"]
         numbers = arrays.get(value["array"], np.zeros(0, value["array"]))[begin : begin + math.prod(shape)]
-        array = numbers.reshape(shape).copy()  # by itself: what is read of one value does not keep all others in memory
+        array = numbers.reshape(shape).copy()  # a copy, so that one value does not keep all others in memory
         return array if array.ndim else array.item()
     if "map" in value:
         return {_unpacked(k, arrays): _unpacked(v, arrays) for k, v in value["map"]}
@@ -149,7 +149,7 @@ def _name(cls: type) -> str:
 
 
 def _class(name: str) -> Any:
-    """A dataclass or enumeration that is loaded. Raises ``ValueError``."""
+    """Look up a dataclass or enumeration among the loaded modules. Raises ``ValueError``."""
     module, _, rest = name.partition(":")
     cls: Any = sys.modules.get(module)
     for step in rest.split("."):

@@ -1,4 +1,4 @@
-"""Numbers and names in the units that an engineer reads, in reports, legends and at axes."""
+"""Numbers and names in engineering units, in reports, legends and at axes."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEW = 10  # rpm: below, with decimals
+_FEW = 10  # rpm: lower speeds with decimals
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
 Format = Callable[[float | None], str]
 
 
 def formats(result: xr.Dataset, amplitude_unit: str = "m") -> tuple[Format, Format]:
-    """How speeds and amplitudes of a result are written: with units, or as plain numbers for a dimensionless machine."""
+    """Formats of the speeds and amplitudes of a result: with units, or as plain numbers for a dimensionless machine."""
     if result.attrs["dimensionless"]:
         return (_or_none("{:.5g}".format),) * 2
     return _or_none(_speed), _or_none(_angle if amplitude_unit == "rad" else _length)
 
 
 def in_lines(result: xr.Dataset, verdict: str, named: Iterable[tuple[str, str]]) -> list[str]:
-    """The lines of a report: the title, the verdict, and what has a name each in a column beside it."""
+    """The lines of a report: the title, the verdict, and the entries with their names in a column."""
     return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in named)]
 
 
 class ReportLines:
-    """The lines of a report, whose fields are numbers of the summary, written in the units of their quantities."""
+    """The lines of a report, with fields for numbers of the summary in the units of their quantities."""
 
     _FIELD = re.compile(r"\{([\w.]+)(?::([^{}]*))?\}")
 
@@ -39,19 +39,19 @@ class ReportLines:
         self._lines: list[tuple[str, str]] = []
 
     def add(self, heading: str, line: str, table: Mapping[str, Any] | None = None, key: str = "", **texts: str) -> None:
-        """Add a line, unless a number that it has is None.
+        """Add a line, unless one of its numbers is None.
 
         Parameters
         ----------
         heading : str
-            What stands in the column beside the line.
+            Text in the column beside the line.
         line : str
             With fields: ``{breakdown.speed}``, a number of the summary by its path; ``{slip:%}``, a share in percent;
-            ``{turns:.3g}``, with its own format. Numbers of a mapping follow each other with their names.
+            ``{turns:.3g}``, with a given format. Numbers of a mapping are listed with their names.
         table, key
-            Where fields are those of a table in the summary: the table, and its key there, from which their units are.
+            For fields of a table in the summary: the table, and its key there, which gives the units.
         texts
-            What stands for fields of these names.
+            Texts for fields of these names.
         """
         before = f"{key}." if key else ""
         values: list[str | None] = []
@@ -71,7 +71,7 @@ class ReportLines:
             self._lines.append((heading, text))
 
     def written(self, value: Any, unit: str, form: str = "") -> str | None:
-        """A number with its unit, several by their names; None where there is none."""
+        """Format a number with its unit, several with their names; None for None."""
         if value is None or isinstance(value, str):
             return value
         if isinstance(value, Mapping):
@@ -85,12 +85,12 @@ class ReportLines:
         return f"{_WRITTEN[base](value)}{per}{_POWERS.get(order, order)}"
 
     def report(self, verdict: str) -> list[str]:
-        """All lines, those with the title and the verdict first."""
+        """All lines, beginning with the title and the verdict."""
         return [self._result.title, f"verdict: {verdict}", *(f"  {heading:13}{line}" for heading, line in self._lines)]
 
 
 def percent(share: float, off: float = 0.0) -> str:
-    """A share, and by how much it may be off: ``24.88 % ± 0.40 %``, with as many decimals as that is worth."""
+    """A share with its uncertainty: ``24.88 % ± 0.40 %``, with as many decimals as the uncertainty justifies."""
     if not off > 0:
         return f"{100 * share:.4g} %"
     decimals = min(max(1 - math.floor(math.log10(100 * off)), 0), 6)
@@ -98,7 +98,7 @@ def percent(share: float, off: float = 0.0) -> str:
 
 
 def bodies_in_words(count: int) -> str:
-    """``4 bodies``."""
+    """The number of bodies in words: ``4 bodies``."""
     return "1 body" if count == 1 else f"{count} bodies"
 
 
@@ -120,18 +120,18 @@ def _length(value: float) -> str:
 
 
 def label(result: Any, name: str, factor_unit: str | None = None) -> str:
-    """``amplitude (mm)``: axis label from a variable's long name and units."""
+    """Axis label from a variable's long name and units: ``amplitude (mm)``."""
     attributes = result[name].attrs
     return with_unit(attributes.get("long_name", name), attributes.get("units", "") if factor_unit is None else factor_unit)
 
 
 def with_unit(text: str, unit: str) -> str:
-    """``text (unit)``, without brackets where there is no unit; powers raised."""
+    """Text with its unit: ``text (unit)``; without brackets if there is no unit, powers as superscripts."""
     return f"{text} ({unit.replace('^2', '²').replace('^3', '³')})" if unit else text
 
 
 def printed_unit(result: Any, name: str) -> tuple[float, str]:
-    """The factor by which a variable is drawn, and its unit there: its own ``printed_units``; else lengths in mm."""
+    """Factor and unit in which a variable is drawn: from its ``printed_units``; by default lengths in mm."""
     attributes = result[name].attrs
     if "printed_units" in attributes:
         return float(attributes["printed_factor"]), str(attributes["printed_units"])
@@ -139,12 +139,12 @@ def printed_unit(result: Any, name: str) -> tuple[float, str]:
 
 
 def unit_in_print(unit: str) -> tuple[float, str]:
-    """The factor by which numbers of a unit are printed, and their unit there: lengths in mm."""
+    """Factor and unit in which numbers of a unit are printed: lengths in mm."""
     return (1e3, "mm") if unit == "m" else (1.0, unit)
 
 
 def value_in_words(value: Any, factor: float, unit: str) -> str:
-    """A number or several, as they are printed, with their unit: ``1.5 mm``; what is none as it is."""
+    """One or several numbers as they are printed, with their unit: ``1.5 mm``; other values unchanged."""
     if isinstance(value, list | tuple):
         return f"[{', '.join(value_in_words(one, factor, '') for one in value)}] {unit}".rstrip()
     if not isinstance(value, int | float) or isinstance(value, bool):
@@ -153,20 +153,20 @@ def value_in_words(value: Any, factor: float, unit: str) -> str:
 
 
 def abscissa_label(result: Any, name: str, of: str = "") -> str:
-    """``time (s)``; where there is no unit, the word ``of`` (that of the variable) with its symbol."""
+    """Label of an abscissa: ``time (s)``; without a unit the word ``of`` (by default the variable's name) with its symbol."""
     word = of or name
     return label(result, name) if result[name].attrs["units"] else f"{word} {_SYMBOLS[word]}"
 
 
 def named(path: str, what: str) -> str:
-    """A parameter in words; where it has no others, by its path. Symbols of dimensionless machines stand before the words."""
+    """A parameter in words, or its path if there are none. Symbols of dimensionless machines precede the words."""
     if what in (path, f"parameter {path}"):
         return path
     return what if "." in path else f"{path}: {what}"
 
 
 def wrapped(text: str, letters: int) -> list[str]:
-    """A text in lines of so many letters, if that can be; a unit in brackets stays whole."""
+    """Break a text into lines of this many letters, if possible; a unit in brackets is not broken."""
     whole = re.sub(r"\([^()]{1,12}\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
     return [
         part

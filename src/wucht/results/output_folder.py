@@ -1,6 +1,6 @@
 """The folder of a result: one run at a time writes there, and a new result replaces the earlier one as a whole, or not at all.
 
-While a run goes on, what it writes lies in the sub-folder ``.wucht-new``.
+During a run its files are in the sub-folder ``.wucht-new``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-SUMMARY, CHECKSUMS = "summary.json", "checksums"  # the latter: of the figures, by name
+SUMMARY, CHECKSUMS = "summary.json", "checksums"  # checksums of the figures, by name
 NEW, COMMIT = ".wucht-new", ".wucht-commit"
 _TRIES = 10
 _PATIENCE_S, _PAUSE_S = 5.0, 0.1
@@ -42,11 +42,11 @@ _ours: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claim
 
 @contextmanager
 def claimed(folder: Path) -> Iterator[Path]:
-    """Keep a folder for what is done within; it is made if it is not there, and removed again where it stays empty.
+    """Claim a folder while the block lasts; it is made if missing, and removed again if it remains empty.
 
-    A commit that was left is finished first, and what a run that was killed had not finished is removed. Claiming a folder once
-    more within is allowed. The system itself gives it free when the process ends, however it does; where a
-    file system has no locks nothing is kept. Raises ``InputError`` where another run writes there, or nobody can.
+    A commit that was cut off is finished first, and unfinished files of a killed run are removed. Nested claims of the same
+    folder are allowed. The system releases the folder when the process ends, however it does; without file locks in
+    the file system nothing is claimed. Raises ``InputError`` if another run writes there, or no file can be written.
     """
     place = folder.absolute()
     if place in _ours.get():
@@ -63,16 +63,16 @@ def claimed(folder: Path) -> Iterator[Path]:
     finally:
         _ours.reset(before)
         shutil.rmtree(folder / NEW, ignore_errors=True)
-        with suppress(OSError):  # Windows keeps a file that is open
+        with suppress(OSError):  # Windows does not remove an open file
             (folder / _LOCK).unlink(missing_ok=True)
         lock.close()
-        with suppress(OSError):  # there is something in it
+        with suppress(OSError):  # it is not empty
             for empty in made:
                 empty.rmdir()
 
 
 def _locked(path: Path) -> FileIO:
-    """The file at this path, locked. Raises ``InputError`` where another has it."""
+    """Open and lock the file at this path. Raises ``InputError`` if another run holds it."""
     allowed = "another run is writing a result there: wait until it has ended, or give another folder with -o"
     for _ in range(_TRIES):
         try:
@@ -85,12 +85,12 @@ def _locked(path: Path) -> FileIO:
         with suppress(OSError):
             if os.path.samestat(path.stat(), os.fstat(file.fileno())):
                 return file
-        file.close()  # it was removed by the run that ended meanwhile
+        file.close()  # it was removed by a run that has ended meanwhile
     raise InputError("-o", str(path.parent), allowed)
 
 
 def _taken(file: FileIO) -> bool:
-    """Whether another has locked it; else it is locked now."""
+    """True if another process holds the lock; otherwise lock the file now."""
     try:
         if sys.platform == "win32":
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
@@ -99,28 +99,28 @@ def _taken(file: FileIO) -> bool:
     except (BlockingIOError, PermissionError):
         return True
     except OSError:
-        return False  # there are no locks here
+        return False  # the file system has no locks
     return False
 
 
 def checksum(file: Path) -> str:
-    """Of what a file holds."""
+    """Checksum of a file's content."""
     return sha256(file.read_bytes()).hexdigest()
 
 
 def note_figure(file: Path) -> None:
-    """Note in the summary of its folder, if there is one, that this figure was drawn of the result."""
+    """Record a figure of the result in the summary of its folder, if there is one."""
     summary = _summary_in(file.parent)
     if summary:
         save_summary(summary | {CHECKSUMS: summary[CHECKSUMS] | {file.name: checksum(file)}}, file.parent / SUMMARY)
 
 
 def commit(folder: Path) -> None:
-    """Put what was written into the sub-folder ``.wucht-new`` in the place of the earlier result, all of it or nothing.
+    """Replace the earlier result by the files in the sub-folder ``.wucht-new``, all or none of them.
 
-    It is flushed to disk, and one renaming is the step: a process that is killed before it leaves the earlier result as it was;
-    after it, whoever opens the folder next moves the rest. With an earlier result go its summary and figures, but for a figure
-    that was changed since. Raises ``RunError`` where that cannot be done.
+    They are flushed to disk, and a single renaming decides: a process killed before it leaves the earlier result unchanged;
+    after it, the next access to the folder moves the rest. The summary and figures of the earlier result are removed, except a
+    figure that was changed since. Raises ``RunError`` if that is not possible.
     """
     new = folder / NEW
     try:
@@ -134,7 +134,7 @@ def commit(folder: Path) -> None:
 
 
 def latest(file: Path) -> Path:
-    """Where this file of the last complete result is: in its place, where a commit that was left can be finished now."""
+    """Path of this file of the last complete result: in its place, if a commit that was cut off can be finished now."""
     left = file.parent / COMMIT
     if left.is_dir():
         with suppress(WuchtError), claimed(file.parent):
@@ -143,15 +143,15 @@ def latest(file: Path) -> Path:
 
 
 def _finish(folder: Path) -> None:
-    """Move what a commit has to its place; again and again the same, wherever it was cut off. Nothing if there is none.
+    """Move the files of a commit to their places, wherever it was cut off before. Without a commit do nothing.
 
-    The summary is moved last: until then it is known which figures are of the earlier result.
+    The summary is moved last: until then it tells which figures belong to the earlier result.
     """
     left = folder / COMMIT
     if not left.is_dir():
         return
     files = sorted(left.iterdir(), key=lambda f: f.name == SUMMARY)
-    earlier = _summary_in(folder) if files else {}  # else the summary in the folder is the new one
+    earlier = _summary_in(folder) if files else {}  # otherwise the summary in the folder is the new one
     new = _summary_in(left).get(CHECKSUMS, {})
     for name, noted in earlier.get(CHECKSUMS, {}).items():
         file = folder / Path(name).name
@@ -167,7 +167,7 @@ def _finish(folder: Path) -> None:
         except OSError as error:
             why = f"{folder / file.name} cannot be replaced: {error.strerror or error}"
             raise RunError(
-                f"{why}. Close what has it open; the new result is in {left} until the folder is used again",
+                f"{why}. Close the program that has it open; the new result is in {left} until the folder is used again",
                 code="not-replaced",
             ) from None
     with suppress(OSError):
@@ -175,7 +175,7 @@ def _finish(folder: Path) -> None:
 
 
 def _trying(move: Callable[[], object]) -> None:
-    """Move a file, again for some seconds where a program has it open, as on Windows and network drives."""
+    """Move a file, with retries for some seconds if a program has it open, as on Windows and network drives."""
     end = time.monotonic() + _PATIENCE_S
     while True:
         try:
@@ -189,21 +189,21 @@ def _trying(move: Callable[[], object]) -> None:
 
 
 def _flush(path: Path) -> None:
-    """Have the system write a file or folder to the disk."""
-    if path.is_dir() and os.name == "nt":  # a folder cannot be opened there
+    """Flush a file or folder to the disk."""
+    if path.is_dir() and os.name == "nt":  # a folder cannot be opened on Windows
         return
     opened = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
         os.fsync(opened)
     except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # file systems that know no flushing
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # file systems without flushing
             raise
     finally:
         os.close(opened)
 
 
 def _summary_in(folder: Path) -> dict[str, Any]:
-    """The summary of a result, empty where there is none of ours."""
+    """The summary of a result, empty if there is none written by wucht."""
     try:
         document = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -218,9 +218,9 @@ def result_file(path: Path) -> Path:
 
 
 def load(path: Path) -> xr.Dataset:
-    """Read a result. What a run that was killed had begun to put into its folder is put there first.
+    """Read a result. A commit of a killed run is finished first.
 
-    Raises ``InputError`` if there is no such file, it is none of ours, or it was changed since it was written.
+    Raises ``InputError`` if there is no such file, it was not written by wucht, or it was changed since.
     """
     import h5py
     import xarray as xr_
@@ -231,11 +231,11 @@ def load(path: Path) -> xr.Dataset:
     if not file.is_file():
         raise InputError.of_file(path, "this is no file" if path.exists() else "there is no such file")
     try:
-        with h5py.File(file) as opened:  # where this fails, h5netcdf leaves a file half open, and says so on stderr
+        with h5py.File(file) as opened:  # where this fails, h5netcdf would leave a file half open and print to stderr
             opened.attrs.get("_nc3_strict")
         result = xr_.load_dataset(file, engine="h5netcdf")
     except Exception as error:
-        # The readers beneath raise whatever a damaged file makes them stumble over; to the user it is one thing.
+        # A damaged file can cause any error in the libraries beneath: to the user they mean the same.
         lines = str(error).splitlines() or [type(error).__name__]
         raise InputError.of_file(path, f"this is no NetCDF file that can be read: {lines[0]}") from None
     if "study" not in result.attrs:

@@ -1,4 +1,4 @@
-"""Where a result comes from: whole input, versions, wall time; and whether it is what wucht wrote: checksums, attributes."""
+"""Origin of a result (whole input, versions, wall time) and its integrity (checksums, attributes)."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHECKSUMS = "checksums"  # attribute of a result.nc
-_ATTRIBUTES = "its attributes"  # that name no variable can have: it has a blank
+_ATTRIBUTES = "its attributes"  # no variable can have this name: it has a blank
 _UNSEALED = "unsealed"  # in the encoding of a Dataset: its file had no checksums
 _CHANGED = "changed or damaged since it was written"
 _PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "xarray")
 
 
 def sealed(result: xr.Dataset) -> xr.Dataset:
-    """The result with checksums of its variables and attributes, as it is written to a file."""
+    """Add checksums of the variables and attributes to a result, as it is written to a file."""
     bare = _without_checksums(result)
     return bare.assign_attrs({CHECKSUMS: json.dumps(_checksums(bare))})
 
 
 def unsealed(result: xr.Dataset) -> xr.Dataset:
-    """The result that was read from a file, without its checksums, so that a changed one can be saved.
+    """Check the checksums of a result that was read from a file, and remove them, so that a changed result can be saved.
 
-    Raises ``InputError`` that names the variable whose values, units or dimensions are not those that were written, or the
-    attribute that cannot be read. A file without checksums is taken as it is.
+    Raises ``InputError`` with the name of the variable whose values, units or dimensions differ from the written ones, or of
+    the attribute that cannot be read. A file without checksums is accepted.
     """
     bare = _without_checksums(result)
     if CHECKSUMS in result.attrs:
@@ -52,8 +52,8 @@ def unsealed(result: xr.Dataset) -> xr.Dataset:
 
 @contextmanager
 def refusing_edited(result: xr.Dataset) -> Iterator[None]:
-    """What is raised within over values that do not fit together is an ``InputError``, where the result was read from a file
-    without checksums: it may have been edited. In what is as wucht wrote it, it is an error of wucht."""
+    """Turn errors about inconsistent values into ``InputError`` while the block lasts, if the result was read from a file
+    without checksums: it may have been edited. In a file as wucht wrote it, they are errors of wucht."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
@@ -72,7 +72,7 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
     _parsed(attributes, "summary", dict)
     question = _parsed(attributes, "input", dict)
     if not all(isinstance(question.get(part), dict) for part in ("study", "machine")):
-        raise InputError("input", None, "must say what was asked of which machine")
+        raise InputError("input", None, "must contain the question and the machine")
     for name in ("warnings", "notes", "assumed", "contents"):
         if name == "warnings" or name in attributes:  # results of earlier versions lack the others
             lines = _parsed(attributes, name, list)
@@ -85,7 +85,7 @@ def _typed(attributes: Mapping[str, Any], name: str, types: type | tuple[type, .
         raise InputError(name, None, "this attribute of the result is missing")
     if not isinstance(attributes[name], types):
         raise InputError(
-            name, np.asarray(attributes[name]).tolist(), "this attribute of the result is of another type than wucht writes"
+            name, np.asarray(attributes[name]).tolist(), "this attribute of the result has another type than wucht writes"
         )
     return attributes[name]
 
@@ -108,7 +108,7 @@ def _without_checksums(result: xr.Dataset) -> xr.Dataset:
 
 
 def _checksums(result: xr.Dataset) -> dict[str, str]:
-    """By name. What NetCDF does not keep (the width of a text, the sign of a NaN) does not count."""
+    """Checksums by name. Properties that NetCDF does not keep (the width of a text, the sign of a NaN) do not count."""
     of_variables = {
         str(name): _checksum(_values(v.values), [list(map(str, v.dims)), v.shape, _type(v.dtype), _attributes(v.attrs)])
         for name, v in result.variables.items()
@@ -136,7 +136,7 @@ def _values(values: np.ndarray) -> bytes | memoryview:
 
 
 def _attributes(attributes: Mapping[str, Any]) -> list[Any]:
-    """Names and values in a form that is the same before writing and after reading."""
+    """Names and values of attributes in a form that is the same before writing and after reading."""
     return sorted([str(name), repr(np.atleast_1d(np.asarray(value)).tolist())] for name, value in attributes.items())
 
 
@@ -153,7 +153,7 @@ def versions() -> dict[str, str]:
 
 
 def provenance(question: Mapping[str, Any], elapsed_s: float) -> dict[str, str | float]:
-    """Attributes for a Dataset. question: what was asked, of what."""
+    """Attributes of a Dataset that record its origin. question: the spec and its subject."""
     return {
         "input": json.dumps(question, default=str),
         "versions": json.dumps(versions()),

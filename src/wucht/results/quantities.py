@@ -1,6 +1,6 @@
 """Quantities of a result, each stated once.
 
-A study yields its answer as quantities. The variables of the Dataset with their names and units, the keys of ``summary.json``,
+A study gives its answer as quantities. The variables of the Dataset with their names and units, the keys of ``summary.json``,
 the units of their numbers in comparisons, tables and reports, and the pages of the docs follow from them.
 """
 
@@ -28,25 +28,25 @@ class Quantity:
     Parameters
     ----------
     name : str
-        Of the variable, and of the key in the summary.
+        Name of the variable, and of the key in the summary.
     value : array, number, text, list or mapping
-        None where there is none; as a variable that is not a number.
-    what : str
+        None if there is none; as a variable that is not a number.
+    long_name : str
         Its name in words, a noun phrase.
     unit : str
-        SI; empty of a ratio, a count or a word. In the summary it is that of all numbers of a list or a table.
+        SI; empty for a ratio, a count or a word. In the summary the unit of all numbers of a list or a table.
     dimensions : str, optional
-        Of the variable, separated by blanks; empty of a single number. None: a key of the summary alone.
+        Dimensions of the variable, separated by blanks; empty for a single number. None: a key of the summary only.
     in_summary : bool
-        Whether a variable is a key of the summary, too.
+        True if a variable is a key of the summary, too.
     headline : bool or list of str
-        Whether it is among the first to be shown where results are compared; of a table, which of its numbers are.
+        True if it is among the main numbers of a comparison of results; of a table, the names of those numbers.
     parts : mapping
-        Of a table in the summary, or a list of such: what each of its keys is, and the unit.
+        Of a table in the summary, or a list of such: name in words and unit of each of its keys.
     coordinate : bool
-        Whether a variable is a coordinate. One that has the name of its dimension always is.
+        True if a variable is a coordinate. One with the name of its dimension always is.
     attributes : mapping
-        More attributes of the variable.
+        Further attributes of the variable.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Quantity:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What is kept of a key of the summary beside its value, as JSON has it; what is empty is left out."""
+        """Facts about a key of the summary beside its value, as JSON has them, without empty ones."""
         parts = {name: {"what": what} | ({"unit": unit} if unit else {}) for name, (what, unit) in self.parts.items()}
         facts = {"what": self.what, "unit": self.unit, "headline": self.headline, "parts": parts}
         return {name: fact for name, fact in facts.items() if fact}
@@ -83,20 +83,20 @@ def table(
     dimension: str = "",
     columns: Mapping[str, type] | None = None,
 ) -> list[Quantity]:
-    """A list of tables in the summary, some of whose columns are variables of the Dataset as well.
+    """Quantities of a list of tables in the summary, some of whose columns are variables of the Dataset as well.
 
     Parameters
     ----------
-    name, what
+    name, long_name
         Of the key in the summary, see ``Quantity``.
     rows : sequence of mappings
         The tables.
     parts : mapping
-        Of each key of a table what it is, and its unit. Of a key without one neither is known to readers of the result.
+        Name in words and unit of each key of a table. For other keys readers of the result know neither.
     dimension : str
-        Of the variables, whose names begin with it: ``point_speed``.
+        Dimension of the variables, whose names begin with it: ``point_speed``.
     columns : mapping, optional
-        The parts that are variables, and how they are stored: ``float`` (None is not a number), ``str``, ``np.int8`` (flags).
+        The parts that are variables, and their types: ``float`` (None is not a number), ``str``, ``np.int8`` (flags).
     """
     stated = [Quantity(name, [dict(row) for row in rows], what, parts=parts)]
     for part, kind in (columns or {}).items():
@@ -106,7 +106,7 @@ def table(
 
 
 def group(name: str, quantities: Sequence[Quantity], what: str) -> Quantity:
-    """A table in the summary, each of whose keys is a quantity; those that are tables themselves bring their parts."""
+    """A table in the summary, each of whose keys is a quantity; keys that are tables themselves contribute their parts."""
     within = {part: facts for quantity in quantities for part, facts in quantity.parts.items()}
     parts = within | {quantity.name: (quantity.what, quantity.unit) for quantity in quantities}
     return Quantity(name, {quantity.name: quantity.value for quantity in quantities}, what, parts=parts)
@@ -122,17 +122,17 @@ class Answer:
         Each name once among the variables, and once in the summary.
     sentence : str
         The answer in words.
-    warnings, assumed : sequences of str
-        What is doubtful; what the answer assumes beside what its spec says.
+    warnings, assumptions : sequences of str
+        Doubts; assumptions of the answer beside those that its spec states.
     failure : str, optional
-        Why the result is not complete.
+        Reason why the result is not complete.
     attributes : mapping
-        More attributes of the Dataset: texts and numbers.
+        Further attributes of the Dataset: texts and numbers.
 
     Raises
     ------
     WuchtError
-        Where two quantities have one name.
+        If two quantities have the same name.
     """
 
     quantities: Sequence[Quantity]
@@ -152,7 +152,7 @@ class Answer:
         return {"sentence": self.sentence} | {name: quantity.value for name, quantity in self._keys.items()}
 
     def dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """The Dataset; or of one that has the variables a copy with the attributes.
+        """The Dataset; given one with the variables, a copy of it with the attributes.
 
         They are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them.
         """
@@ -178,12 +178,12 @@ def answer(
     failure: str | None = None,
     **attributes: Any,
 ) -> xr.Dataset:
-    """The Dataset of an answer: see ``Answer``."""
+    """Build the Dataset of an answer: see ``Answer``."""
     return Answer(quantities, sentence, warnings, assumed, failure, attributes).dataset()
 
 
 def variables_of(quantities: Iterable[Quantity]) -> xr.Dataset:
-    """A Dataset of the quantities that have dimensions, without attributes. Raises ``WuchtError`` where two have one name."""
+    """Build a Dataset of the quantities that have dimensions, without attributes. Raises ``WuchtError`` for equal names."""
     import xarray as xr_
 
     named = _by_name(q for q in quantities if q.dimensions is not None)
@@ -195,5 +195,5 @@ def _by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
     named: dict[str, Quantity] = {}
     for quantity in quantities:
         if named.setdefault(quantity.name, quantity) is not quantity:
-            raise WuchtError(f"a result has two quantities of the name {quantity.name!r}", code="taken")
+            raise WuchtError(f"a result has two quantities with the name {quantity.name!r}", code="taken")
     return named

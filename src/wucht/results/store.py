@@ -1,8 +1,7 @@
-"""Writing results, each file beside its place and moved there, so that it is never half there; their variables as CSV files.
+"""Writing results, each file beside its place and then moved there, so that it is never incomplete; their variables as CSV.
 
-Variables over the same values (time, a parameter, both parameters of a map) are the columns of one file; what is stored for
-several bodies or directions has a column for each that has values. Text and numbers that run over nothing have files of their
-own.
+Variables over the same values (time, a parameter, both parameters of a map) are the columns of one file; variables of several
+bodies or directions have a column for each that has values. Text and numbers without such values are in a separate file.
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RESULT = "result.nc"  # in an output folder
-_ABANDONED_S = 3600.0  # a file that was not moved to its place for so long is one of a process that was killed
+_ABANDONED_S = 3600.0  # age of a temporary file after which its process must have been killed
 _TEXT = "OSU"  # kinds of NumPy
-_FORMULA = ("=", "+", "@", "-", "\t", "\r")  # with which a spreadsheet lets formulas begin
+_FORMULA = ("=", "+", "@", "-", "\t", "\r")  # first letters of a formula in a spreadsheet
 
 
 def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
@@ -57,7 +56,7 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
 def save(result: xr.Dataset, path: Path) -> Path:
     """Write a Dataset as NetCDF, with checksums of its variables.
 
-    Put together in memory: HDF5 does not get over a file that cannot be written to its end, and takes the process with it.
+    Composed in memory: HDF5 crashes the process if a file cannot be written to its end.
     """
     return_free_memory()
     whole = sealed(result).to_netcdf(engine="h5netcdf")
@@ -65,18 +64,18 @@ def save(result: xr.Dataset, path: Path) -> Path:
 
 
 def return_free_memory() -> None:
-    """Give what was freed back to the system: glibc keeps blocks of up to 32 MB, in pieces between which nothing large fits."""
+    """Return freed memory to the system: glibc keeps blocks of up to 32 MB, too fragmented for large arrays."""
     with suppress(OSError, AttributeError):  # another C library
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def _beside(path: Path) -> Path:
-    """A name that no other process has, on whatever machine."""
+    """A temporary path beside a file, unique among all processes and machines."""
     return path.with_name(f".{path.name}.{uuid4().hex}.part")
 
 
 def replacing(path: Path, write: Callable[[Path], object]) -> Path:
-    """Write a file beside its place and move it there. Raises ``RunError`` where that cannot be done."""
+    """Write a file beside its place and move it there. Raises ``RunError`` if that is not possible."""
     beside = _beside(path)
     try:
         write(beside)
@@ -95,7 +94,7 @@ def save_summary(document: Mapping[str, Any], path: Path) -> Path:
 
 
 def to_json(document: Any, indent: int | None = 2) -> str:
-    """JSON with SI floats, to be written in UTF-8; missing numbers (None, NaN, infinite) are null."""
+    """Convert to JSON with SI floats, to be written in UTF-8; missing numbers (None, NaN, infinite) are null."""
     return json.dumps(_clean(document), indent=indent, ensure_ascii=False)
 
 
@@ -114,9 +113,9 @@ def _clean(value: Any) -> Any:
 def save_csv(result: xr.Dataset, folder: Path) -> list[Path]:
     """Write a Dataset as CSV files ``STUDY-DIMENSIONS.csv`` beside its NetCDF.
 
-    The first line has names and units, as in ``time [s],speed drum [rad/s]``; what is not a number is left empty, and text that
-    a spreadsheet would take for a formula has a quotation mark before it. Returns the files. Raises ``RunError`` where they
-    cannot be written.
+    The first line has names and units, as in ``time [s],speed drum [rad/s]``; NaN is written as an empty cell, and text that a
+    spreadsheet would take for a formula is preceded by a quotation mark. Returns the files. Raises ``RunError`` if they cannot
+    be written.
     """
     tables: dict[tuple[str, ...], list[str]] = {}
     for name in [*result.data_vars, *(c for c in result.coords if not _is_scale(result, str(c)))]:
@@ -130,7 +129,7 @@ def save_csv(result: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _rows(result: xr.Dataset, dims: tuple[str, ...]) -> tuple[str, ...]:
-    """The dimensions that a table runs over: not those of names, unless there are no others."""
+    """The dimensions of a table's rows: not those of names, unless there are no others."""
     return tuple(d for d in dims if not _is_names(result, d)) or dims
 
 
@@ -139,12 +138,12 @@ def _is_names(result: xr.Dataset, dim: str) -> bool:
 
 
 def _is_scale(result: xr.Dataset, name: str) -> bool:
-    """Whether it is the coordinate of the dimension of that name: other variables may bear it too."""
+    """True if the name is that of a coordinate of its dimension: other variables may have it too."""
     return name in result.coords and result[name].dims == (name,)
 
 
 def _table(result: xr.Dataset, rows: tuple[str, ...], names: list[str]) -> list[list[Any]]:
-    """Header and rows of variables over the same dimensions."""
+    """Header and rows of the variables over the same dimensions."""
     shape = tuple(result.sizes[d] for d in rows)
     columns: dict[str, np.ndarray] = {}
     for dim, index in zip(rows, np.indices(shape), strict=True):
@@ -163,7 +162,7 @@ def _table(result: xr.Dataset, rows: tuple[str, ...], names: list[str]) -> list[
 
 
 def _any(values: np.ndarray, label: str) -> bool:
-    """Whether a column has anything: a body that turns about no other has no phase, and its column is left out."""
+    """True if a column has values: a body that turns about no other has no phase, and its column is left out."""
     return not label or values.dtype.kind != "f" or bool(np.isfinite(values).any())
 
 
@@ -176,7 +175,7 @@ def _each(names: list[np.ndarray]) -> list[tuple[Any, ...]]:
 
 
 def _numbers(result: xr.Dataset, names: list[str]) -> list[list[Any]]:
-    """Header and rows of what runs over nothing."""
+    """Header and rows of variables without such dimensions."""
     rows = [[name, *_written(result[name].values[None]), result[name].attrs.get("units", "")] for name in names]
     return [["name", "value", "unit"], *rows]
 
@@ -187,7 +186,7 @@ def _header(result: xr.Dataset, name: str, label: str = "") -> str:
 
 
 def _written(values: np.ndarray) -> list[Any]:
-    """Numbers as they are read back, empty where they are none."""
+    """Numbers with all their digits, NaN as an empty text."""
     if values.dtype.kind != "f":
         return [value.decode() if isinstance(value, bytes) else value for value in values.tolist()]
     return ["" if math.isnan(value) else repr(value) for value in values.tolist()]
@@ -199,7 +198,7 @@ def _write(path: Path, lines: list[list[Any]]) -> None:
 
 
 def _as_text(cell: Any) -> Any:
-    """A cell that a spreadsheet does not take for a formula: text that begins like one has a quotation mark before it."""
+    """Protect a cell from being read as a formula: text that begins like one gets a quotation mark before it."""
     if not isinstance(cell, str) or not cell.startswith(_FORMULA):
         return cell
     try:

@@ -1,1 +1,1 @@
-"""Studies: a question -> a Dataset. One file a question."""
+"""Studies: a question -> a Dataset. One file or folder per question."""

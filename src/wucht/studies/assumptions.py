@@ -1,7 +1,7 @@
-"""What every answer assumes, in words: which equations, how fast what turns, and where bodies start. Said here alone.
+"""Assumptions of every answer in words: the equations, the speeds, and where bodies start.
 
-A study says by its spec which equations it solves (``Spec.equations``) and whether it holds the speed (``Spec.turning``); what
-depends on more than that it gives beside its warnings (``results.quantities.answer``).
+The spec of a study states which equations it solves (``Spec.equations``) and whether it prescribes the speed
+(``Spec.turning``); a study adds further assumptions to its answer (``results.quantities.answer``).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MOST_ROTORS = 3
 
 
 def assumptions(spec: Spec, subject: Any) -> list[str]:
-    """What a study of a subject assumes, a statement each."""
+    """The assumptions of a study of a subject, a statement each."""
     if isinstance(subject, OwnEquations):
         return ["the equations as the file gives them"]
     equations = spec.equations() or _MODELS.get(getattr(spec, "model", ""), "")
@@ -43,7 +43,7 @@ def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
 
 
 def _starting(spec: Spec, machine: Machine) -> list[str]:
-    """Where balancing bodies, and several rotors, start of which the question says nothing."""
+    """Statements on where balancing bodies, and several rotors, start if the question does not give it."""
     if not spec.from_start:
         return []
     start: Mapping[str, Any] = getattr(spec, "start", {})
@@ -67,7 +67,7 @@ def _at_rest(bodies: Sequence[RotatingBody], speeds: Mapping[str, float]) -> str
 
 
 def _turning(machine: Machine) -> str:
-    """How fast the rotors turn."""
+    """Statement on the speeds of the rotors."""
     rotors = machine.rotors
     said = [f"{r.name} {_turned(machine, r)}" for r in rotors[:_MOST_ROTORS]]
     return "; ".join([*said, *(["other rotors likewise"] if len(rotors) > _MOST_ROTORS else [])])

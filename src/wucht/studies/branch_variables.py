@@ -1,4 +1,4 @@
-"""Quantities that the results of several studies of branches have."""
+"""Quantities common to the results of several studies of branches."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wucht.schema import Parameter
 
 
 def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
-    """Arrays (N,) or (rows, N) of all branches, one after another."""
+    """Join the arrays (N,) or (rows, N) of all branches, one after another."""
     empty = np.empty(0) if rows is None else np.empty((rows, 0))
     return np.concatenate([empty, *parts], axis=-1)
 
@@ -23,10 +23,10 @@ def of_steady_branches(
     dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
     words: tuple[str, str, str],
 ) -> list[Quantity]:  # fmt: skip
-    """Points of branches of steady states, wherever they are drawn.
+    """Quantities of the points on branches of steady states.
 
-    before: what the names of variables begin with. ordinates: what is drawn, of each branch. words: what that is, its unit, and
-    the unit of the amplitude.
+    before: prefix of the names of variables. ordinates: of each branch. words: name and unit of the ordinate, and the unit of
+    the amplitude.
     """
     shown, unit, length = words
     numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])

@@ -36,12 +36,12 @@ class OfCamDrive:
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
         if not isinstance(subject, CamDrive):
-            raise InputError("cam drive", subject, "this study is asked of a cam drive: wucht.CamDrive")
+            raise InputError("cam drive", subject, "the subject of this study must be a cam drive: wucht.CamDrive")
         return Description(subject.title, False, subject.facts)
 
 
 def _set(described: Document, path: str, value: Any) -> None:
-    """Set a key by its path. Items of lists are counted from 1, ``law.restrictions.1.equals``, or named as messages do,
+    """Set a key by its path. Items of lists are counted from 1, ``law.restrictions.1.equals``, or written as in messages,
     ``law.restrictions[0].equals``. Raises ``InputError``."""
     keys = re.sub(r"\[(\d+)\]", lambda found: f".{int(found[1]) + 1}", path).split(".")
     if keys[0] not in TABLES or len(keys) == 1:

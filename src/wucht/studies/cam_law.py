@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class CamLaw(Spec):
-    """The motion that the output of a cam drive is to make, over the cam angle."""
+    """Motion of the output of a cam drive over the cam angle."""
 
     kind: ClassVar[str] = "cam-law"
     solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
@@ -38,12 +38,12 @@ class CamLaw(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))
 
     points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles of the law, evenly spaced over a turn")
-    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown of a law that has no end of them")
+    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown of a law with infinitely many")
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The law, at how many cam angles it is given, and how many of its harmonics."""
+    """The motion law, the number of its cam angles, and the number of its harmonics."""
 
     motion: MotionLaw
     points: int
@@ -51,15 +51,15 @@ class Plan:
 
 
 def prepare(spec: CamLaw, drive: CamDrive) -> Plan:
-    """The plan. Raises ``InputError`` where there is no such law: what must give way, and by how much."""
+    """The plan. Raises ``InputError`` if no such law exists, with the restriction to be relaxed and by how much."""
     return Plan(drive.motion, spec.points, drive.motion.count or spec.orders)
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
     """angles (N,). derivatives (4, N): of orders 0 to 3. harmonics: of the motion. least, greatest: of the motion. peaks (4,):
-    the largest magnitude of each derivative. met: of each restriction the least and the greatest value (R, 2). jump: the
-    largest of the acceleration; rise (3,): Cv, Ca and Cj of a standard law, None of others."""
+    the largest magnitude of each derivative. attained_ranges: least and greatest value under each restriction (R, 2). jump:
+    the largest of the acceleration; rise (3,): Cv, Ca and Cj of a standard law, None for others."""
 
     angles: np.ndarray
     derivatives: np.ndarray
@@ -73,7 +73,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """All at once: it takes milliseconds."""
+    """Evaluate the law in one step: it takes milliseconds."""
     work.report(0.0, "motion law")
     motion = plan.motion
     angles = np.linspace(0, 2 * np.pi, plan.points + 1)
@@ -87,7 +87,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _met(restriction: Restriction, motion: MotionLaw, harmonics: Harmonics) -> tuple[float, float]:
-    """The least and the greatest value of what is restricted."""
+    """Least and greatest value of the restricted quantity."""
     if isinstance(restriction, Cap):
         return 0.0, float(harmonics.amplitudes[restriction.harmonic - 1])
     return motion.extremes(restriction)
@@ -97,7 +97,7 @@ _NAMES = ("position", "velocity", "acceleration", "jerk")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a motion law."""
+    """Build the Dataset of a motion law."""
     quantities = [*_of_motion(plan, findings), *_of_restrictions(plan, findings), *_of_whole(plan, findings)]
     return answer(quantities, _sentence(plan), _warnings(findings))
 
@@ -119,20 +119,20 @@ def _of_motion(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _units(plan: Plan) -> list[str]:
-    """Of the motion and its derivatives by the cam angle."""
+    """Units of the motion and its derivatives by the cam angle."""
     return [f"{plan.motion.unit}{per}" for per in ("", "/rad", "/rad^2", "/rad^3")]
 
 
 def _of_restrictions(plan: Plan, f: Findings) -> list[Quantity]:
-    """What was asked, on which arc, and what the motion has there."""
+    """The restrictions with their arcs, and the values of the motion there."""
     restrictions = plan.motion.restrictions
     bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in restrictions]
     harmonics = [0 if isinstance(r, Band) else r.harmonic for r in restrictions]
     along = "restriction"
     return [
         Quantity("restriction", [r.name for r in restrictions], "restriction", "", along),
-        Quantity("restricted", [b.order for b in bands], "derivative that is restricted, -1: a harmonic is capped", "", along),
-        Quantity("harmonic", harmonics, "harmonic that is capped", "", along),
+        Quantity("restricted", [b.order for b in bands], "restricted derivative, -1: a harmonic is capped", "", along),
+        Quantity("harmonic", harmonics, "capped harmonic", "", along),
         Quantity("begin", [b.begin for b in bands], "begin of the arc", "rad", along),
         Quantity("end", [b.end for b in bands], "end of the arc", "rad", along),
         Quantity("low", [b.low for b in bands], "least value allowed", "", along),
@@ -143,7 +143,7 @@ def _of_restrictions(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _of_whole(plan: Plan, f: Findings) -> list[Quantity]:
-    """What the summary has beside it."""
+    """Further quantities of the summary."""
     unit, units, harmonics = plan.motion.unit, _units(plan), f.harmonics
     peaks = {name: (f"largest {name}", per) for name, per in zip(_NAMES, units, strict=True)}
     rise = None if f.rise is None else dict(zip(_NAMES[1:], f.rise.tolist(), strict=True))
@@ -152,7 +152,7 @@ def _of_whole(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("unit", unit, "unit of the motion"),
         Quantity("stroke", f.greatest - f.least, "stroke", unit),
         Quantity("harmonics", plan.motion.count, "number of harmonics"),
-        Quantity("ripple", _ripple(plan, f), "largest deviation from what is asked in dwells", unit, headline=True),
+        Quantity("ripple", _ripple(plan, f), "largest deviation from the restrictions in dwells", unit, headline=True),
         Quantity("peaks", dict(zip(_NAMES, f.peaks.tolist(), strict=True)), "largest values", parts=peaks, headline=_NAMES[1:]),
         Quantity("acceleration_jumps", f.jump, "largest jump of the acceleration", units[2]),
         Quantity("rise", rise, "largest values of a rise of 1 over an arc of 1"),
@@ -161,15 +161,15 @@ def _of_whole(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _warnings(f: Findings) -> list[str]:
-    """A jump of the acceleration is a shock."""
+    """Warn of a jump of the acceleration, which is a shock."""
     if not f.jump:
         return []
     ends = "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there"
-    return [f"{ends}: for slow shafts alone; a polynomial or a sine law does not jump"]
+    return [f"{ends}: suitable for slow shafts only; polynomial and sine laws have no jumps"]
 
 
 def _ripple(plan: Plan, f: Findings) -> float | None:
-    """The largest deviation from what is asked on the arcs that are to be as tight as they can be, or else in the dwells."""
+    """Largest deviation from the restrictions on the arcs to be held as tightly as possible, or else in the dwells."""
     restrictions = plan.motion.restrictions
     kept = {r.name for r in restrictions if r.widened} or {band.name for band in plan.motion.dwells}
     pairs = zip(restrictions, f.met, strict=True)
@@ -179,28 +179,28 @@ def _ripple(plan: Plan, f: Findings) -> float | None:
 
 def _sentence(plan: Plan) -> str:
     count, restricted = plan.motion.count, len(plan.motion.restrictions)
-    made = "a motion by its points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
+    made = "a motion given by points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
     return made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")
 
 
-_BINDS = 1e-5  # of its bound: so near, a restriction binds
+_BINDS = 1e-5  # of its bound: distance below which a restriction is binding
 
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a motion law."""
     lines = ReportLines(result)
     lines.add("stroke", "{stroke}")
-    lines.add("dwell", "within {ripple} of what is asked")
+    lines.add("dwell", "within {ripple} of the restrictions")
     for name in _NAMES[1:]:
         lines.add(name, f"at most {{peaks.{name}}}")
     lines.add("rise", "of 1 over an arc of 1: Cv = {rise.velocity:.5g}, Ca = {rise.acceleration:.5g}, Cj = {rise.jerk:.5g}")
     for i in range(result.sizes["restriction"]):
-        lines.add("" if i else "asked", "{restriction}", restriction=_restriction_in_words(result, lines, i))
+        lines.add("" if i else "restricted", "{restriction}", restriction=_restriction_in_words(result, lines, i))
     return lines.report(result.attrs["sentence"])
 
 
 def _restriction_in_words(result: xr.Dataset, lines: ReportLines, i: int) -> str:
-    """How one is met, and whether it binds."""
+    """Attained values under a restriction, with a note if it is binding."""
     order = int(result.restricted.values[i])
     low, high, least, greatest = (float(result[n].values[i]) for n in ("low", "high", "least", "greatest"))
     of = result[_NAMES[max(order, 0)]]
@@ -208,15 +208,15 @@ def _restriction_in_words(result: xr.Dataset, lines: ReportLines, i: int) -> str
     size = max(abs(bound) for bound in (low, high) if math.isfinite(bound))
     binds = low < high and (greatest > high - _BINDS * size or (order >= 0 and least < low + _BINDS * size))
     name, what = str(result.restriction.values[i]).removeprefix("law."), "amplitude" if order < 0 else of.name
-    return f"{name}: {what} {' to '.join(map(str, shown))}" + (" (binds)" if binds else "")
+    return f"{name}: {what} {' to '.join(map(str, shown))}" + (" (binding)" if binds else "")
 
 
 _PER = ("", "/rad", "/rad²", "/rad³")
-_SHORT = 2.0  # degrees: arcs that are shorter are drawn as points
+_SHORT = 2.0  # degrees: shorter arcs are drawn as points
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels over the cam angle, and the orders of motion and acceleration."""
+    """Draw four panels over the cam angle, and the orders of motion and acceleration."""
     drawn, axes = new_grid(6, result.attrs["title"], result.attrs["sentence"])
     for order, axis in enumerate(axes[:4]):
         _derivative(axis, result, order)
@@ -239,7 +239,7 @@ def _derivative(axis: Axes, result: xr.Dataset, order: int) -> None:
 
 
 def _draw_restriction(axis: Axes, result: xr.Dataset, i: int, scale: float) -> None:
-    """Bounds as lines over their arc, or as triangles at an angle, precision points as dots."""
+    """Draw bounds as lines over their arc, or as triangles at an angle, precision points as dots."""
     begin, end = np.degrees(result.begin.values[i]), np.degrees(result.end.values[i])
     low, high = float(result.low.values[i]), float(result.high.values[i])
     at = end - begin < _SHORT

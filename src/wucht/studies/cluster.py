@@ -1,7 +1,7 @@
-"""Units of work on several machines: the workers of a scheduler of dask.distributed compute them, this process keeps them.
+"""Units of work on several machines: the workers of a scheduler of dask.distributed compute them, this process stores them.
 
-Nothing is shared but the network: a task goes to a worker as bytes, with all that it needs, and its result comes back. What a
-worker had under way when it died is computed by another one.
+Only the network is shared: a task is sent to a worker as bytes, with all that it needs, and its result is returned. The task
+of a worker that died is computed by another one.
 """
 
 from __future__ import annotations
@@ -30,32 +30,32 @@ if TYPE_CHECKING:
     from distributed import Client, Future, Worker
 
 T = TypeVar("T")
-_AHEAD = 2  # tasks a thread of the workers that are submitted: one under way, one waiting
-_ANSWER_S = 5.0  # in which a scheduler must answer
+_AHEAD = 2  # submitted tasks per thread of the workers: one running, one waiting
+_ANSWER_S = 5.0  # time within which a scheduler must answer
 _PROTOCOLS = ("tcp", "tls", "ucx", "ws", "wss")
-_LAST_PORT, _DIGITS = 65535, 6  # digits of a port that are looked at
-_TICK_S = 0.1  # between two looks at whether the user has asked to stop
-_LOOK_S = 2.0  # between two looks at which workers there are
-_TELL_S = 1.0  # between two words of a worker on how far it is
+_LAST_PORT, _DIGITS = 65535, 6  # leading digits of a port that are parsed
+_TICK_S = 0.1  # between two checks for an interrupt by the user
+_LOOK_S = 2.0  # between two queries of the workers
+_TELL_S = 1.0  # between two progress reports of a worker
 
 
 class Cluster:
-    """The workers of a scheduler, as ``cluster_at`` gives it."""
+    """The workers of a scheduler, opened by ``cluster_at``."""
 
     def __init__(self, client: Client, address: str) -> None:
         self._client, self._address = client, address
         self._looked, self._threads = -_LOOK_S, dict[str, int]()
 
     def computed(self, tasks: Mapping[str, Task[T]], report: Callable[[float, str], None]) -> Iterator[tuple[str, T]]:
-        """The results of tasks by name, in the order in which they come.
+        """Yield the results of tasks by name, in the order of completion.
 
-        report: told the share of all tasks that is done, and who computes. After ``KeyboardInterrupt``, which it may raise,
-        what is done still comes, the rest is cancelled, and then the interrupt is raised.
+        report: called with the completed share of all tasks and the number of workers. After ``KeyboardInterrupt``, which it
+        may raise, completed results are still yielded, the others are cancelled, and then the interrupt is raised.
 
         Raises
         ------
         RunError
-            Where the scheduler goes away, a worker is of another version or lacks a module, or a task ends several workers.
+            If the scheduler disappears, a worker has another version or lacks a module, or a task kills several workers.
         """
         waiting, under_way, done = iter(tasks.items()), dict[Any, str](), 0
         shares, come = dict[str, float](), SimpleQueue[Any]()
@@ -78,7 +78,7 @@ class Cluster:
                     outcome = self._outcome(future, under_way[future])
                 except Empty:
                     continue
-                except TimeoutError:  # it went down with its worker before it was here
+                except TimeoutError:  # it was lost with its worker before it arrived
                     come.put(future)
                     continue
                 done += 1
@@ -93,7 +93,7 @@ class Cluster:
                 self._client.unsubscribe_topic(topic)
 
     def _workers(self) -> dict[str, int]:
-        """Threads by worker. Raises ``RunError`` where the scheduler is gone."""
+        """Threads by worker. Raises ``RunError`` if the scheduler has disappeared."""
         if clock.monotonic() - self._looked > _LOOK_S:
             try:
                 self._threads = dict(self._client.nthreads()) if self._client.status == "running" else {}
@@ -105,7 +105,7 @@ class Cluster:
         return self._threads
 
     def _outcome(self, future: Future, name: str) -> Any:
-        """What a task has come to. Raises what it raised, ``TimeoutError`` where it is not here yet."""
+        """The result of a task. Raises the error of the task, or ``TimeoutError`` if the result has not arrived yet."""
         import asyncio
         from concurrent import futures
 
@@ -116,16 +116,14 @@ class Cluster:
         except (asyncio.CancelledError, futures.CancelledError):
             raise self._gone() from None
         except KilledWorker as error:
-            why = "they may lack memory; --resume computes what is left"
-            raise RunError(
-                f"workers have died again and again while they computed {name} ({error.last_worker}): {why}"
-            ) from None
+            why = "they may lack memory; --resume computes the rest"
+            raise RunError(f"workers have died repeatedly while they computed {name} ({error.last_worker}): {why}") from None
         except ImportError as error:
             raise RunError(f"a worker cannot compute: {error}; install the same wucht[cluster] there") from None
 
     def _gone(self) -> RunError:
         return RunError(
-            f"the scheduler at {self._address} is gone; --resume goes on from what was computed", code="scheduler-gone"
+            f"the scheduler at {self._address} is gone; --resume continues from the completed work", code="scheduler-gone"
         )
 
 
@@ -135,9 +133,9 @@ def _counted(workers: Mapping[str, int]) -> str:
 
 @contextmanager
 def cluster_at(address: str | None) -> Iterator[Cluster | None]:
-    """The workers of the scheduler at an address while the block lasts; None without an address.
+    """Connect to the workers of the scheduler at an address while the block lasts; None without an address.
 
-    Raises ``InputError`` for what is no address, where none answers, where it is of another version, and without
+    Raises ``InputError`` for an invalid address, if no scheduler answers or it has another version, and without
     dask.distributed.
     """
     if address is None:
@@ -153,13 +151,13 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         raise InputError(
             "--scheduler", address, "needs dask.distributed: pip install 'wucht[cluster]'", code="no-extra"
         ) from None
-    with _silent("distributed", "distributed.client"):  # what they have to say is said in sentences
+    with _silent("distributed", "distributed.client"):  # their messages are replaced by sentences
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of versions, which are compared below
+                warnings.simplefilter("ignore")  # about versions, which are compared below
                 client = Client(address, timeout=_ANSWER_S, set_as_default=False)
         except (ValueError, TypeError) as error:
-            needs = "its protocol needs something of dask.distributed that is not installed or not set up here"
+            needs = "its protocol needs a part of dask.distributed that is not installed or not configured here"
             raise InputError("--scheduler", address, f"{needs}: {error}", code="unsupported") from None
         except OSError as error:
             allowed = f"no scheduler answers there within {_ANSWER_S:g} s ({error}); `dask scheduler` starts one"
@@ -172,17 +170,17 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
 
 
 def what_is_wrong(address: str) -> str | None:
-    """What of ``PROTOCOL://HOST:PORT`` an address lacks, None if nothing."""
+    """Describe what an address lacks of ``PROTOCOL://HOST:PORT``, None if nothing."""
     protocol, separator, place = address.partition("://")
     if not separator:
-        return f"it begins with no protocol, one of {', '.join(_PROTOCOLS)}"
+        return f"it does not begin with a protocol, one of {', '.join(_PROTOCOLS)}"
     if protocol not in _PROTOCOLS:
         return f"unknown protocol; {nearest(protocol, _PROTOCOLS)}"
     return _what_is_wrong_behind(place.removesuffix("/"))
 
 
 def _what_is_wrong_behind(place: str) -> str | None:
-    """The same of ``HOST:PORT``; an address of IPv6, which has colons itself, stands in brackets."""
+    """Describe what is wrong with ``HOST:PORT``; an IPv6 address, which contains colons, must be in brackets."""
     host, colon, port = place.partition(":")
     if place.startswith("["):
         host, closed, rest = place[1:].partition("]")
@@ -190,17 +188,17 @@ def _what_is_wrong_behind(place: str) -> str | None:
         if not closed:
             return "the bracket of its host is not closed"
     if not host or any(letter.isspace() for letter in host):
-        return "a blank is no part of a host's name" if host else "it names no host"
+        return "the name of a host cannot have blanks" if host else "it has no host"
     if colon != ":":
         return "it has no port"
     if not (port.isascii() and port.isdigit() and 1 <= int(port[:_DIGITS]) <= _LAST_PORT):
-        return f"its port must be a whole number from 1 to {_LAST_PORT}; an address of IPv6 stands in brackets"
+        return f"its port must be a whole number from 1 to {_LAST_PORT}; an IPv6 address must be in brackets"
     return None
 
 
 @contextmanager
 def _silent(*loggers: str) -> Iterator[None]:
-    """Nothing but what ends the program is logged by these while the block lasts."""
+    """Silence these loggers, except for critical messages, while the block lasts."""
     before = {name: logging.getLogger(name).level for name in loggers}
     try:
         for name in loggers:
@@ -212,7 +210,7 @@ def _silent(*loggers: str) -> Iterator[None]:
 
 
 def _check_versions(client: Client, address: str) -> None:
-    """Raises ``InputError`` where the scheduler, which reads what a task calls, or a worker has another wucht or none."""
+    """Raise ``InputError`` if the scheduler, which unpickles tasks, or a worker has another version of wucht or none."""
     ours = versions()["wucht"]
     there = client.get_versions(packages=["wucht"])
     places = {"the scheduler": there["scheduler"], **{f"the worker {k}": v for k, v in there["workers"].items()}}
@@ -224,13 +222,13 @@ def _check_versions(client: Client, address: str) -> None:
 
 
 def _made_with() -> dict[str, str]:
-    """All from which another result could follow, but the processor."""
+    """Versions of everything that could change a result, except the processor."""
     return versions() | {"code of wucht": _code()}
 
 
 @cache
 def _code() -> str:
-    """A digest of wucht's files: a checkout changes without its version."""
+    """Digest of wucht's source files: a checkout can change without its version."""
     package, digest = Path(__file__).parents[1], sha256()
     for file in sorted(package.rglob("*.py")):
         digest.update(file.relative_to(package).as_posix().encode())
@@ -239,7 +237,7 @@ def _code() -> str:
 
 
 def _on_worker(packed: bytes, made_with: Mapping[str, str], topic: str, name: str) -> Any:
-    """Compute a task on a worker, unless it would not do so as the process that asks would."""
+    """Compute a task on a worker, if its versions are those of the submitting process."""
     from distributed import Reschedule, get_worker
 
     worker = get_worker()
@@ -253,19 +251,17 @@ def _on_worker(packed: bytes, made_with: Mapping[str, str], topic: str, name: st
     try:
         task: Task[Any] = pickle.loads(packed)
     except (ImportError, AttributeError) as error:
-        why = "what --import names must be installed there"
-        raise RunError(
-            f"the worker {worker.address} cannot load what it is to compute ({error}): {why}", code="not-loaded"
-        ) from None
+        why = "modules given by --import must be installed there"
+        raise RunError(f"the worker {worker.address} cannot load its task ({error}): {why}", code="not-loaded") from None
     try:
         with np.errstate(all="ignore"):
             return task(_teller(worker, topic, name))
     except KeyboardInterrupt:
-        raise Reschedule from None  # which the scheduler ignores of a task that nobody waits for any more
+        raise Reschedule from None  # ignored by the scheduler for a cancelled task
 
 
 def _teller(worker: Worker, topic: str, name: str) -> TaskReport:
-    """What tells how far a task is, and raises ``KeyboardInterrupt`` when nobody waits for it any more."""
+    """Function that reports the progress of a task, and raises ``KeyboardInterrupt`` when the task was cancelled."""
     key, told = worker.get_current_task(), clock.monotonic()
 
     def tell(share: float) -> None:

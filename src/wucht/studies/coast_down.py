@@ -1,4 +1,4 @@
-"""A rotor whose drive is switched off: how long it turns, and how far it vibrates where it falls through its resonances."""
+"""Coast-down of a rotor after its drive is switched off: its duration, and the vibration as it passes the resonances."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 
 class CoastDown(Spec):
-    """Let the machine run without its drives; loads, bearings and dampers stay."""
+    """Let the machine run without its drives; loads, bearings and dampers remain."""
 
     kind: ClassVar[str] = "coast-down"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
@@ -63,18 +63,18 @@ class CoastDown(Spec):
         "time at which the run ends; none: until it has stopped, swings, or turns at a hundredth of its speed"
     ))  # fmt: skip
     start: Start = Field(default_factory=dict, description=(
-        "initial state; rotors for which it gives no speed start with the speed that their drive reaches, and the bodies about "
-        "them turn along"
+        "initial state; rotors without a given speed start with the speed that their drive reaches, and the bodies about them "
+        "turn along"
     ))  # fmt: skip
     bodies: BalancingBodies = Field(None, description=(
         'where balancing bodies start: `"steady"`, in a stable steady configuration of that speed (one that compensates before '
         'others); or `"held"`, at the phases of `start`, by default at 0. By default steady where `start` names none of them '
-        "and these phases are known, else held, with a warning where this key is not given"
+        "and these phases are known, else held, with a warning if this key is not given"
     ))  # fmt: skip
     vibration: Literal["steady", "none"] | None = Field(None, description=(
-        'vibration of the carrier at the start: `"steady"`, as it vibrates while all bodies turn with their speeds at the '
-        'start, in the phases of the start; or `"none"`, at rest, so that what it does at first is a transient. Where `start` '
-        "says how the carrier moves, it starts like that"
+        'vibration of the carrier at the start: `"steady"`, the vibration while all bodies turn with their speeds and '
+        'phases at the start; or `"none"`, at rest, so that a transient comes first. If `start` gives the motion of the '
+        "carrier, it starts with that"
     ))  # fmt: skip
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
@@ -82,7 +82,7 @@ class CoastDown(Spec):
     def check(self) -> None:
         """See ``Spec``."""
         if self.vibration is not None and "carrier" in self.start:
-            raise InputError("study.vibration", self.vibration, "not allowed: study.start.carrier says how the carrier starts")
+            raise InputError("study.vibration", self.vibration, "not allowed: study.start.carrier gives the carrier's start")
 
     def turning(self) -> str:
         """See ``Spec``."""
@@ -95,12 +95,12 @@ _MOST_TURNS = 50_000
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be integrated.
+    """Plan of the integration.
 
-    machine: without its drives. initial: the state (n,) to start from. carrier: how it starts; why_at_rest: where nobody asked
-    for that. bodies: how the balancing ones start; phases: where, to their rotor. start_speed: of the main rotor. limit: the
-    latest end. step: between samples. stride: between rows of the result, at first. energy: the size of the works. at_rest:
-    where the axis rests. events: the rotor turns back, and locked bodies are released.
+    machine: without its drives. initial: state (n,) at the start. carrier: its kind of start; rest_reason: why it starts at
+    rest without being given so. bodies: kind of start of the balancing bodies; phases: their phases to the rotor. start_speed:
+    of the main rotor. limit: latest end. step: between samples. stride: between rows of the result, initially. energy: scale
+    of the works. rest_position: of the axis. events: the rotor turns back, and locked bodies are released.
     """
 
     spec: CoastDown
@@ -120,7 +120,7 @@ class Plan:
 
 
 def prepare(spec: CoastDown, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
+    """The plan. Raises ``InputError`` if the start does not fit the machine, or if nothing would turn."""
     coasting = without_drives(machine)
     initial = state_at_start(machine, coasting, spec.start)
     velocity = coasting.rotor.coordinate.velocity
@@ -133,7 +133,7 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     start_speed = float(initial[coasting.row(velocity)])
     turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn
-    step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
+    step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of steps until the end
     stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
     events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
     phases = phases_of_bodies(coasting, initial)
@@ -143,20 +143,20 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
 
 
 def numbers(plan: Plan) -> float:
-    """At most how many numbers are stored: time and mean speed of each turn, which are as many as at the start."""
+    """Greatest number of stored values: time and mean speed of each turn, at the rate of turns of the start."""
     return 2 * plan.limit * abs(plan.start_speed) / (2 * math.pi)
 
 
 SAMPLES_A_LEG = 20_480
-SLOW = 0.01  # of the speed at the start: without `until` the run ends there
-_STILL = 1e-4  # likewise, after it has turned back
+SLOW = 0.01  # of the speed at the start: without `until` the run ends below it
+_STILL = 1e-4  # likewise, after the rotor has turned back
 _ENOUGH_SWINGS = 20
 
-Findings = tuple[Record, CompiledSystem]  # the record so far, and what was integrated
+Findings = tuple[Record, CompiledSystem]  # the record so far, and the integrated system
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Integrate; what is recorded after each leg."""
+    """Integrate; yield the record after each leg."""
     compiled = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
     start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1))
     record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
@@ -167,7 +167,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> Descent:
-    """The leg that begins where the one before ended."""
+    """Integrate the leg that begins at the end of the preceding one."""
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
@@ -176,7 +176,7 @@ def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> De
 
 
 def _ended(plan: Plan, record: Record) -> bool:
-    """Whether the time is over, the run failed, or, without a time, the rotor has stopped, swung enough, or is slow."""
+    """True if the time is over, the run failed, or, without a time, the rotor has stopped, swung often enough, or is slow."""
     if record.end.ended or record.end.end_time >= plan.limit * (1 - 1e-9):
         return True
     if plan.spec.until is not None:
@@ -188,11 +188,11 @@ def _ended(plan: Plan, record: Record) -> bool:
 
 
 AT_REST = 1e-4  # of the speed at the start
-_LAST = 0.1  # share of the run that the outcome is judged by
+_LAST = 0.1  # share of the run from which the outcome is determined
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a coast-down."""
+    """Build the Dataset of a coast-down."""
     record, compiled = findings
     rows, units, end = dict(record.rows), plan.machine.units, record.end
     if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
@@ -218,7 +218,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _of_rows(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
-    """What is recorded over the time."""
+    """Quantities recorded over the time."""
     units = machine.units
     words = {
         "time": ("time", units.time),
@@ -234,7 +234,7 @@ def _of_rows(machine: Machine, rows: Mapping[str, np.ndarray]) -> list[Quantity]
 
 
 def _of_course(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> list[Quantity]:
-    """When it has slowed down, how far it turned, and how it vibrated meanwhile."""
+    """Times of the coast-down, number of turns, and largest vibration."""
     units, largest = plan.machine.units, int(rows["amplitude"].argmax())
     turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
     there, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
@@ -242,10 +242,10 @@ def _of_course(plan: Plan, record: Record, rows: Mapping[str, np.ndarray]) -> li
     return [
         Quantity("start_speed", record.start_speed, "speed of the rotor at the start", units.speed, headline=True),
         Quantity("half_time", record.half_time, "time after which the speed has halved", units.time, headline=True),
-        Quantity("reversal_time", back, "time at which the rotor turns back first", units.time, headline=True),
+        Quantity("reversal_time", back, "time at which the rotor first turns back", units.time, headline=True),
         Quantity("end_time", float(rows["time"][-1]), "time at the end", units.time, headline=True),
         Quantity("turns", turns, "number of turns"),
-        Quantity("carrier_start", str(plan.carrier), "how the carrier starts"),
+        Quantity("carrier_start", str(plan.carrier), "start of the carrier"),
         Quantity("peak_amplitude", amplitude, "largest amplitude of the axis", length, headline=True),
         Quantity("peak_speed", there, "speed of the rotor there", units.speed),
         Quantity("energy_residual", residual, "largest relative error of the energy balance"),
@@ -258,22 +258,22 @@ def _warnings(plan: Plan, failure: str | None) -> list[str]:
         steady = "vibration = 'steady' starts with the vibration of that speed"
         other = f"the machine {plan.why_at_rest}" if plan.why_at_rest else steady
         warnings.append(
-            "the carrier starts at rest, although the rotor turns: its vibration at first, perhaps the largest, is a transient "
+            "the carrier starts at rest, although the rotor turns: its initial vibration, possibly the largest, is a transient "
             f"of this start; {other}"
         )
     if plan.bodies.why_held:
-        warnings.append(f"balancing bodies start as held, as their steady phases are not computed: {plan.bodies.why_held}")
+        warnings.append(f"balancing bodies start as held, because their steady phases are not computed: {plan.bodies.why_held}")
     return warnings
 
 
 def _rotors_assumed(plan: Plan) -> list[str]:
-    """Where several rotors start, as a statement: on their phases to each other depends what vibrates."""
+    """Statement on where several rotors start: the vibration depends on their relative phases."""
     rotors, angles = plan.machine.rotors, angles_in(plan.machine, plan.initial)
     return [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
 
 
 def _carrier_assumed(plan: Plan) -> list[str]:
-    """How the carrier starts, as a statement; none where it cannot move, or where the start says it."""
+    """Statement on the start of the carrier; none if it cannot move, or if the start gives it."""
     if plan.carrier in (CarrierStart.FIXED, CarrierStart.GIVEN):
         return []
     at_first = "in the steady vibration of its speed" if plan.carrier is CarrierStart.STEADY else "at rest"
@@ -281,10 +281,10 @@ def _carrier_assumed(plan: Plan) -> list[str]:
 
 
 def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
-    """How it ends, in words and numbers, by the last tenth of the run, or by what follows the first reversal if that is less.
+    """The end of the run, in words and numbers, from its last tenth, or from the first reversal on if that is shorter.
 
-    ``failed``: it could not be integrated further. ``stopped``: below a ten-thousandth of the speed at the start.
-    ``oscillating``: turned back at least twice, and less than a turn was made. Else no outcome: it still turns, or creeps on.
+    ``failed``: the integration failed. ``stopped``: below a ten-thousandth of the speed at the start. ``oscillating``: turned
+    back at least twice, over less than a turn. Otherwise there is no outcome: the rotor still turns, or creeps.
     """
     time, start = record.rows["time"], abs(record.start_speed)
     since = time[-1] - _LAST * (time[-1] - time[0])
@@ -306,7 +306,7 @@ def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
     ending = outcome.sentence if outcome else sentence
     return ending, [
         Quantity("outcome", outcome and str(outcome), "outcome"),
-        Quantity("sentence", ending, "how it ends"),
+        Quantity("sentence", ending, "sentence on the end of the run"),
         Quantity("final_speed", mean, "mean speed of the rotor at the end", unit),
         Quantity("min_speed", low, "least speed of the rotor at the end", unit),
         Quantity("max_speed", high, "greatest speed of the rotor at the end", unit),
@@ -316,7 +316,7 @@ def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
 _STARTS = {
     "steady": "it starts in the steady vibration of its speed",
     "rest": "the carrier starts at rest",
-    "given": "the carrier starts as study.start says",
+    "given": "the carrier starts as given by study.start",
     "fixed": "the carrier moves as prescribed",
 }
 
@@ -334,7 +334,7 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Two panels (three where the carrier moves) from a coast-down's Dataset alone."""
+    """Draw two panels (three if the carrier moves) from a coast-down's Dataset alone."""
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
     heights = [2.0] * (1 + moves) + [RESIDUAL]
     drawn, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
@@ -353,7 +353,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
-    """The mean over each turn, the band within which the speed swings, and the two times that are asked for."""
+    """Draw the mean speed over each turn, the range of the speed, and the times of half speed and of the reversal."""
     summary, time, blue = result.wucht.summary, result.time, COLOURS[0]
     start, half_time, reversal_time = (summary[key] for key in ("start_speed", "half_time", "reversal_time"))
     low, high, pale = result.min_speed, result.max_speed, COLOURS[4]

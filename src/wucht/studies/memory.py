@@ -1,13 +1,13 @@
-"""Units of work that are done, kept in the output folder and read back: resuming is memoisation.
+"""Completed units of work, stored in the output folder and read back: resuming is memoisation.
 
 A unit is a named, deterministic part of a study's work: a leg, a run, a point, a tile. It is computed once for a question; when
-the same question is asked again of the same folder, it is read back to the last bit.
+the same question is repeated with the same folder, it is read back to the last bit.
 
-The folder ``units`` has a Zarr store for each question, named by its hash, with a group for all that was done since the group
-before. A group has a name that no other has, and is never changed: a process that is killed leaves at most one that cannot be
-read, and several processes at one question add to one store what all of them would find.
+The folder ``units`` has a Zarr store for each question, named by its hash, with a group for all units completed since the
+preceding group. A group has a unique name and is never changed: a killed process leaves at most one unreadable group, and
+several processes with one question add the same units to one store.
 
-What a folder has of a question that is asked again is its result, its units of work, or those of another question.
+For a repeated question a folder has its result, its units of work, or those of another question.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 FOLDER = "units"
 _QUESTION = "question"  # attribute of a store
-_EVERY_S = 2.0  # between two writings: a kill loses no more than what was computed since, and the unit that was under way
-_LARGE, _MOST = 8_000_000, 64_000_000  # bytes that wait to be written
-_TRIES = 3  # of writing where another process has removed the store meanwhile
+_EVERY_S = 2.0  # between two writings: a kill loses only the units computed since then, and the current one
+_LARGE, _MOST = 8_000_000, 64_000_000  # bytes waiting to be written
+_TRIES = 3  # attempts to write, if another process has removed the store meanwhile
 _MOST_DIFFERENCES = 3
 
 
 class Memory:
-    """The units of one question. folder: where they are kept; None: nowhere."""
+    """Units of work of one question. folder: where they are stored; None: nowhere."""
 
     def __init__(self, folder: Path | None = None, question: Mapping[str, Any] | None = None) -> None:
         self._question = dict(question or {})
@@ -53,7 +53,7 @@ class Memory:
 
     @classmethod
     def begun(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
-        """An empty memory for a question: what the folder kept, of this one or another, is removed."""
+        """Start an empty memory for a question: units in the folder, of this or another question, are removed."""
         for left in folder.glob(f".{FOLDER}-*"):
             shutil.rmtree(left, ignore_errors=True)
         _remove(folder / FOLDER, folder)
@@ -61,7 +61,7 @@ class Memory:
 
     @classmethod
     def resumed(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
-        """What the folder has of a question. What cannot be read is left out, and computed again."""
+        """Read the units of a question from the folder. Unreadable ones are left out, and computed again."""
         memory = cls(folder, question)
         for group in _found(_store(folder, question), "*/"):
             with suppress(WuchtError):
@@ -69,7 +69,7 @@ class Memory:
         return memory
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
-        """The result of a unit: read back, or computed now and kept."""
+        """The result of a unit: read back, or computed now and stored."""
         if self.knows(name):
             known: T = self._known.pop(name)
             return known
@@ -78,11 +78,11 @@ class Memory:
         return outcome
 
     def knows(self, name: str) -> bool:
-        """Whether a unit can be read back."""
+        """True if a unit can be read back."""
         return name in self._known
 
     def keep(self, name: str, outcome: Any) -> None:
-        """Keep the result of a unit that was computed."""
+        """Store the result of a computed unit."""
         if self._store is not None:
             self._new[name] = outcome
             self._size += archive.size(outcome)
@@ -91,11 +91,11 @@ class Memory:
 
     @property
     def is_large(self) -> bool:
-        """Whether what is not written yet takes so much memory that it should be, before more is needed."""
+        """True if unwritten units take so much memory that they should be written before more is needed."""
         return self._size > _LARGE
 
     def flush(self) -> None:
-        """Write what is new. Raises ``RunError`` where that cannot be done."""
+        """Write the new units. Raises ``RunError`` if that is not possible."""
         self._written = clock.perf_counter()
         if self._store is None or not self._new:
             return
@@ -110,12 +110,12 @@ class Memory:
         self._new, self._size = {}, 0
 
     def _write(self, store: Path) -> None:
-        """A group with what is new; the store too, if it is not there yet or no more."""
+        """Write a group with the new units; create the store if it is missing."""
         import zarr
         from zarr.errors import ContainsGroupError
 
         if not (store / "zarr.json").is_file():
-            with suppress(ContainsGroupError):  # another process was faster, with the same
+            with suppress(ContainsGroupError):  # another process has just created the same
                 zarr.create_group(store, attributes={_QUESTION: self._question})
         archive.write(store / uuid4().hex, self._new)
         return_free_memory()
@@ -125,17 +125,17 @@ class Memory:
         if self._store is not None:
             units = self._store.parent
             _remove(self._store, units.parent)
-            with suppress(OSError):  # others' units are there, or none
+            with suppress(OSError):  # it has units of other processes, or is gone
                 units.rmdir()
 
 
 def questions_of(folder: Path) -> list[dict[str, Any]]:
-    """The questions whose units a folder keeps."""
+    """The questions whose units are stored in a folder."""
     import zarr
 
     kept: list[dict[str, Any]] = []
     for store in _found(folder / FOLDER, "*/zarr.json"):
-        with suppress(Exception):  # whatever a damaged file makes the reader stumble over: then there is no question
+        with suppress(Exception):  # a damaged file, which can cause any error, has no question
             kept.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
     return kept
 
@@ -145,7 +145,7 @@ def _store(folder: Path, question: Mapping[str, Any]) -> Path:
 
 
 def _found(folder: Path, pattern: str) -> list[Path]:
-    """What a folder has; nothing where another process has just removed it."""
+    """Paths in a folder that match a pattern; none if another process has just removed it."""
     try:
         return sorted(folder.glob(pattern))
     except FileNotFoundError:
@@ -153,7 +153,7 @@ def _found(folder: Path, pattern: str) -> list[Path]:
 
 
 def _remove(path: Path, beside: Path) -> None:
-    """Remove a folder, at once for all who look there. Raises ``InputError`` where that cannot be done."""
+    """Remove a folder, in one step for all processes. Raises ``InputError`` if that is not possible."""
     moved = beside / f".{FOLDER}-{uuid4().hex}"
     try:
         path.rename(moved)
@@ -165,9 +165,9 @@ def _remove(path: Path, beside: Path) -> None:
 
 
 def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
-    """What is asked of what, as JSON: two questions that are equal, but for titles, have the same answer.
+    """The question and its subject as JSON: two questions that are equal, except for titles, have the same answer.
 
-    Raises ``InputError`` where the question cannot be asked of the subject.
+    Raises ``InputError`` if the question does not apply to the subject.
     """
     facts = subject_of(spec).describe(subject).facts
     question: dict[str, Any] = json.loads(to_json({"study": spec.asked_of(subject), "machine": facts}))
@@ -175,9 +175,9 @@ def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
 
 
 def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
-    """The finished result of the same question, if this file has it; and a note on one of another horizon.
+    """The finished result of the same question, if this file has it; and a note on a result with another horizon.
 
-    Raises ``InputError`` where the file, or the units of work beside it, are those of another question, and where the file was
+    Raises ``InputError`` if the file, or the units of work beside it, belong to another question, or if the file was
     changed.
     """
     try:
@@ -198,21 +198,21 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
         )
     differing = differences(asked, question)
     if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
-        return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
+        return None, [f"{', '.join(differing)}: different from that of the result in the folder; the study was restarted"]
     shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
     more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
     raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}", code="other-question")
 
 
 def untitled(question: Any) -> Any:
-    """A question without the titles of its subjects, which no answer depends on."""
+    """A question without the titles of its subjects, on which no answer depends."""
     if isinstance(question, Mapping):
         return {key: untitled(value) for key, value in question.items() if key != "title"}
     return [untitled(each) for each in question] if isinstance(question, list) else question
 
 
 def differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
-    """In which keys two questions differ, and how. ``contents`` is the hash of a table's file."""
+    """Keys in which two questions differ, with a description each. ``contents`` is the hash of a table's file."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
         differing: dict[str, str] = {}
         for key in [*before, *(k for k in now if k not in before)]:
@@ -230,7 +230,7 @@ def differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
 
 
 def _file_of(table: Mapping[str, Any]) -> str | None:
-    """The file that a table names, itself or a table in it."""
+    """The file named by a table or by a table in it."""
     named = [t.get("file") for t in (table, *table.values()) if isinstance(t, Mapping)]
     return next((str(n) for n in named if n is not None), None)
 

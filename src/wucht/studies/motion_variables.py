@@ -1,4 +1,4 @@
-"""The variables of a motion in a Dataset: what was computed, with names and units."""
+"""The variables of a motion in a Dataset, with names and units."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TORQUES = {
 
 
 def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> list[Quantity]:
-    """The variables of a run. row: the states and outputs of the machine's System, (N,) each. largest: amplitude."""
+    """The variables of a run. row: states and outputs of the machine's System, (N,) each. largest: largest amplitude."""
     ways, rotors = [d for d in "xy" if d in machine.labels], [r.name for r in machine.rotors]
     of_rotors, of_sliders = list[Quantity](), list[Quantity]()
     if ways and len(rotors) > 1:
@@ -74,9 +74,9 @@ def parameter_values(machine: Machine) -> list[Quantity]:
 
 
 def envelopes(machine: Machine, spans: Spans) -> list[Quantity]:
-    """The limits of the main rotor's speed and of the axis' distance in spans of time that follow each other (span).
+    """Limits of the main rotor's speed and of the axis' distance in consecutive spans of time (span).
 
-    They are those of the motion as it is integrated, however few of its samples are stored.
+    They include all integrated samples, however few of them are stored.
     """
     unit, length, static = machine.units.speed, machine.orbit_unit, "distance of the axis from its static position"
     rotor = f"speed of {machine.rotor.name}"
@@ -102,7 +102,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
     angle, free = dict(zip(names, angles, strict=True)), free_speed(machine.at(end), machine.rotor, end)
 
     def phases(name: str, phase: Mapping[str, np.ndarray], what: str) -> Quantity:
-        """Phases of some bodies in [0, 2 pi), not a number for the others."""
+        """Phases of some bodies in [0, 2 pi), NaN for the others."""
         rows = [np.mod(phase[n], 2 * math.pi) if n in phase else np.full(len(time), np.nan) for n in names]
         return Quantity(name, rows, what, "rad", "body time")
 
@@ -112,7 +112,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
         Quantity("free_speed", free, "speed reached without vibration", units.speed, ""),
         *(Quantity(name, row[name], what, units.torque, "time") for name, what in _TORQUES.items()),
         Quantity("motor_power", row["motor_power"], "motor power", units.power, "time"),
-        Quantity("residual_unbalance", _residual(machine, row, angle, end), "share of the unbalance that is left", "", "time"),
+        Quantity("residual_unbalance", _residual(machine, row, angle, end), "residual share of the unbalance", "", "time"),
     ]
     if is_locking(machine):
         frequency, to = machine.shaking_frequency, rotor_phases(machine, time, {r.name: angle[r.name] for r in machine.rotors})
@@ -159,10 +159,10 @@ def _envelope(
     shaken: float | None,
     before: float | None,
 ) -> np.ndarray:
-    """The amplitude (N,): the line through the peaks of the axis' distance from where it rests.
+    """The amplitude (N,): the line through the peaks of the axis' distance from its rest position.
 
-    A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration while the rotor is slower
-    than that; or half a period of a prescribed vibration. before: what the distance was before the run, if that is known.
+    A valley counts as part of the orbit if it is shorter than half a turn, or than half a free vibration while the rotor is
+    slower, or than half a period of a prescribed vibration. before: the distance before the run, if it is known.
     """
     if not peaks.any():
         return peaks
@@ -182,7 +182,7 @@ def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end:
 
 
 def _of_parts(machine: Machine, row: Rows) -> list[Quantity]:
-    """The states of parts' own."""
+    """Internal states of parts."""
     names = [(x.state.name, x.own) for x in machine.internal]
     return [Quantity(name, row[name], in_words(name, own.what), own.unit, "time") for name, own in names]
 

@@ -1,9 +1,9 @@
 """Studies by kind: those of the entry points ``wucht.studies``, and those whose modules are imported.
 
 A study is one module with the class of its spec and the functions ``prepare``, ``run``, ``dataset``, ``report``, ``figure``;
-where that would be long, a package: the spec is in its module ``spec``, ``prepare`` and ``run`` are in ``computation``,
-``dataset`` and ``report`` in ``answer``, or each is in a module of its name. A template is a file ``template.toml`` of the
-package, one of the module's name beside it, or a text ``template``; without any ``wucht new`` makes one of the keys.
+a long one is a package: the spec is in its module ``spec``, ``prepare`` and ``run`` are in ``computation``, ``dataset`` and
+``report`` in ``answer``, or each is in a module of its name. A template is a file ``template.toml`` of the package, one with
+the module's name beside it, or a text ``template``; without any ``wucht new`` makes one from the keys.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _MODULES = {"prepare": "computation", "run": "computation", "dataset": "answer",
 
 
 def _part(name: str, what: str) -> property:
-    """The function of a study that bears this name."""
+    """Property for the function of a study with this name."""
 
     def part(study: Study) -> Any:
         try:
@@ -43,7 +43,7 @@ def _part(name: str, what: str) -> property:
 
 @dataclass(frozen=True)
 class Study:
-    """A kind of study, and the package or module that it is. Its parts are loaded when they are used."""
+    """A kind of study with its package or module. Its parts are loaded when they are used."""
 
     kind: str
     package: str
@@ -64,7 +64,7 @@ class Study:
 
     @cached_property
     def spec(self) -> type[Spec]:
-        """The class of its questions."""
+        """The spec class of the study."""
         module = self._module("spec")
         for candidate in vars(module).values():
             if isinstance(candidate, type) and issubclass(candidate, Spec) and candidate.kind == self.kind:
@@ -73,7 +73,7 @@ class Study:
 
     @property
     def line(self) -> str:
-        """What it answers, or why it cannot be loaded, on one line."""
+        """The study in one line, or the reason why it cannot be loaded."""
         try:
             return (self.spec.__doc__ or "").strip().partition("\n")[0]
         except WuchtError as error:
@@ -81,14 +81,14 @@ class Study:
 
     @property
     def tiled(self) -> bool:
-        """Whether several machines can compute it; not if it cannot be loaded."""
+        """True if several machines can compute the study; False if it cannot be loaded."""
         try:
             return self.spec.tiled
         except WuchtError:
             return False
 
     def check(self) -> None:
-        """Raises ``WuchtError`` where a function of the study is missing, before anything is computed."""
+        """Raise ``WuchtError`` if a function of the study is missing, before anything is computed."""
         for name in _FUNCTIONS:
             if not callable(getattr(self, name)):
                 raise WuchtError(f"the study {self.kind!r} ({self.package}): {name} must be a function")
@@ -100,23 +100,23 @@ class Study:
     report = _part("report", "Dataset -> lines of text.")
 
     def numbers(self, plan: Any) -> float:
-        """At most how many numbers a plan stores: (plan) -> number of the module ``prepare``.
+        """Greatest number of values that a plan stores: ``numbers(plan)`` in the module of ``prepare``.
 
-        Studies without it store what their limits of points and cells allow: little.
+        Studies without it store little, as their points and cells are limited.
         """
         stated = getattr(self._module("prepare"), "numbers", None)
         return float(stated(plan)) if stated is not None else 0.0
 
     @property
     def exports(self) -> bool:
-        """Whether it has files for others: a module ``export`` with (Dataset, folder) -> lines, one for each file."""
+        """True if results can be exported: a module ``export`` with (Dataset, folder) -> lines, one for each file."""
         return hasattr(self._module("export"), "export")
 
     export = _part("export", "(Dataset, folder) -> lines of text, one for each file it wrote.")
 
     @property
     def template(self) -> str:
-        """The commented study file to start from: as it is written, or made of the keys of the spec."""
+        """The commented study file to start from: a given one, or one made from the keys of the spec."""
         whole = import_module(self.package)
         package, _, module = self.package.rpartition(".")
         if hasattr(whole, "__path__"):
@@ -139,14 +139,14 @@ def _installed() -> dict[str, Study]:
 
 
 def _add(known: dict[str, Study], study: Study, whose: str) -> None:
-    """Add a study to those known. Raises ``InputError`` where another one has its kind."""
+    """Add a study to the registry. Raises ``InputError`` if another one has its kind."""
     if known.setdefault(study.kind, study) != study:
-        taken = f"not allowed: {known[study.kind].package} has a study of this kind; give yours another one"
+        taken = f"not allowed: {known[study.kind].package} has a study of this kind; choose another name"
         raise InputError(f"kind of {whose}", study.kind, taken)
 
 
 def studies() -> dict[str, Study]:
-    """All studies by kind. Raises ``InputError`` where two have the same."""
+    """All studies by kind. Raises ``InputError`` if two have the same kind."""
     known = dict(_installed())
     pending = list(Spec.__subclasses__())
     while pending:
@@ -163,19 +163,19 @@ def study_of(kind: str) -> Study:
 
 
 def asked_study(table: Mapping[str, Any]) -> Study:
-    """The study that a table ``[study]`` asks for. Raises ``InputError`` with the nearest known one."""
+    """The study requested by a table ``[study]``. Raises ``InputError`` with the nearest known one."""
     known = studies()
     return known[choice(table, "kind", "study", known)]
 
 
 _MACHINE = """[machine]
-use = "practice/laundry-drum"    # a name from `wucht list`, a file, or the tables of a machine of your own
+use = "practice/laundry-drum"    # a name from `wucht list`, a file, or the tables of a machine
 
 """
 
 
 def template_from_keys(spec: type[Spec]) -> str:
-    """A commented study file: all keys of a spec, those that may be left out behind ``#``."""
+    """A commented study file with all keys of a spec, commented out with ``#``."""
     heading = wrap(" ".join((spec.__doc__ or spec.kind).split("\n\n")[0].split()), 126)
     lines = ["A study file of wucht. Run it:   wucht run THIS-FILE -o results", *heading]
     machine = _MACHINE if spec.subject == Spec.subject else ""

@@ -1,4 +1,4 @@
-"""Whether there is room for what is asked, before anything is computed: memory, and turns that can be made in a lifetime."""
+"""Limits of resources, checked before anything is computed: memory, and the number of turns."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.studies.spec import Spec
 
 BYTES = 8  # of a number
-_COPIES = 3  # of what is stored: while it is joined, as a Dataset, and as the file
-_SHARE = 0.8  # of the machine's memory; libraries and other programs have the rest
-_MOST_TURNS = 1e9  # weeks of computing; as many vibrations of the carrier, of which each takes steps, too
-_IMPLICIT = "scipy-radau"  # the engine that does not follow vibrations that have decayed
-_GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # what a container may have
-REMEDY = "ask for a shorter time, or for fewer runs or points"
+_COPIES = 3  # of the stored numbers: while they are joined, in the Dataset, and in the file
+_SHARE = 0.8  # of the machine's memory; the rest is for libraries and other programs
+_MOST_TURNS = 1e9  # takes weeks to compute; the same limit holds for vibrations of the carrier, each of which takes steps, too
+_IMPLICIT = "scipy-radau"  # the engine that does not resolve decayed vibrations
+_GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # limits of a container
+REMEDY = "give a shorter time, or fewer runs or points"
 
 
 def machine_memory() -> float:
-    """The memory in bytes that this process can have: of the machine, its container, or as limited; infinite if unknown."""
+    """Memory in bytes available to this process: of the machine, its container, or by a limit; infinite if unknown."""
     limits = [math.inf]
-    with suppress(AttributeError, ValueError, OSError):  # not on every system
+    with suppress(AttributeError, ValueError, OSError):  # not available on every system
         limits.append(float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES"))
     for group in _GROUPS:
         with suppress(ValueError, OSError):
@@ -40,15 +40,15 @@ def machine_memory() -> float:
 
 
 def refuse_numbers(numbers: float) -> None:
-    """Raises ``InputError`` where so many numbers, stored at once, are more than the machine has room for."""
+    """Raise ``InputError`` if the memory does not suffice for this many stored numbers."""
     needed, there = numbers * BYTES * _COPIES, machine_memory()
     if needed > _SHARE * there:
-        wanted = f"its result may take {needed / 1e9:.3g} GB of memory, and there are {there / 1e9:.3g} GB"
+        wanted = f"its result may take {needed / 1e9:.3g} GB of memory, and {there / 1e9:.3g} GB are available"
         raise InputError("study", None, f"{wanted}; {REMEDY}")
 
 
 def refuse_turns(spec: Spec, subject: Any) -> None:
-    """Raises ``InputError`` where a run until the time asked for would not be over in weeks: by its turns or vibrations."""
+    """Raise ``InputError`` if the number of turns or vibrations until the given time would take weeks to compute."""
     until = getattr(spec, "until", None)
     if not isinstance(until, float) or not isinstance(subject, Machine):
         return
@@ -65,6 +65,6 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
 
 
 def out_of_memory(error: MemoryError) -> RunError:
-    """The sentence for a study that did not fit after all."""
+    """The error for a study that exceeded the memory in spite of the checks."""
     what = f" ({error})" if str(error) else ""
     return RunError(f"there is not enough memory for this study{what}; {REMEDY}", code="memory")

@@ -1,7 +1,7 @@
 """The one runner of all studies: time, progress, saving, resuming.
 
-A study prepares a plan, and its ``run`` yields what is found, more and more complete. The runner keeps each unit of work that
-is done, saves the result now and then, and hands units back when the same question is asked again.
+A study prepares a plan, and its ``run`` yields findings, each more complete than the preceding ones. The runner stores each
+completed unit of work, saves the result from time to time, and returns the stored units when the question is repeated.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Writer = Callable[["xr.Dataset", Path], object]
-_SAVE_EVERY_S = 5.0  # a result that is not complete, so that it can be looked at; at most a tenth of the time goes into it
+_SAVE_EVERY_S = 5.0  # an incomplete result, so that it can be inspected; saving takes at most a tenth of the time
 
 
-@np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
+@np.errstate(all="ignore")  # a failed run is reported by a sentence, not by warnings about overflow
 def run(
     spec: Spec,
     subject: Any,
@@ -59,45 +59,45 @@ def run(
     Parameters
     ----------
     spec : Spec
-        What is asked, such as ``wucht.RunUp(until="20 s")``.
-    subject : Machine or whatever the spec is asked of
+        The question, such as ``wucht.RunUp(until="20 s")``.
+    subject : Machine or other subject of the spec
     folder : path, optional
-        Where ``result.nc`` and, until the study is finished, its units of work are kept. An earlier result there is replaced
-        when the study ends or is interrupted; until then what was computed lies in its sub-folder ``.wucht-new``. Where the
-        study or a file fails, the earlier result stays as it was.
+        Folder for ``result.nc`` and, until the study is finished, its units of work. An earlier result there is replaced when
+        the study ends or is interrupted; until then results are in its sub-folder ``.wucht-new``. If the study or the writing
+        of a file fails, the earlier result remains unchanged.
     files : names of files that will be written there
     resume : bool
-        Take up the units of work that the folder has of this question.
+        Reuse the units of work of this question in the folder.
     progress : callable, optional
-        Called with the share that is done (0 to 1) and what is under way. It may raise ``KeyboardInterrupt`` to stop the study:
-        the result has what was computed until then, and its attribute ``finished`` is 0.
+        Called with the completed share (0 to 1) and the name of the current step. It may raise ``KeyboardInterrupt`` to stop
+        the study: the result then has the findings so far, and its attribute ``finished`` is 0.
     document : mapping, optional
-        The study file, for the record.
+        The study file, stored in the result.
     scheduler : str, optional
-        Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute. By default this process
-        does. Only of studies whose specs are ``tiled``.
+        Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute instead of this
+        process. Only for studies whose specs are ``tiled``.
     write : callable, optional
-        Writes what belongs to the result, such as its figure: called with the result and the folder for it. With ``result.nc``
-        its files replace the earlier ones.
+        Writes further files of the result, such as its figure: called with the result and the folder for them. They replace
+        the earlier ones together with ``result.nc``.
 
     Returns
     -------
     xarray.Dataset
-        Variables with ``long_name`` and ``units``; ``result.wucht`` has the summary. A run that fails is recorded in it.
+        Variables with ``long_name`` and ``units``; ``result.wucht`` has the summary. A failed run is recorded in it.
 
     Raises
     ------
     InputError
-        Where the question does not fit the subject, or the machine that computes; where another run writes into the folder, or
-        it has the units of another question, or no scheduler answers.
+        If the question does not fit the subject or the computer's memory; if another run writes into the folder, or it has the
+        units of another question, or no scheduler answers.
     RunError
-        Where the memory is full, workers are of another version, or the scheduler goes away.
+        If the memory is full, workers have another version, or the scheduler disappears.
     """
     if not isinstance(spec, Spec):
-        raise InputError("study", str(spec), 'must be what is asked, such as wucht.RunUp(until="20 s")')
+        raise InputError("study", str(spec), 'must be a question, such as wucht.RunUp(until="20 s")')
     if scheduler is not None and not spec.tiled:
         tiled = ", ".join(kind for kind, study in studies().items() if study.tiled)
-        raise InputError("--scheduler", scheduler, f"{spec.kind} is computed by one process; studies with tiles are {tiled}")
+        raise InputError("--scheduler", scheduler, f"{spec.kind} runs in one process; several machines can compute {tiled}")
     place = None if folder is None else Path(folder)
     with cluster_at(scheduler) as cluster, nullcontext() if place is None else claimed(place):
         try:
@@ -126,7 +126,7 @@ def _answered(
     refuse_turns(spec, subject)
     plan = study.prepare(spec, subject)
     refuse_numbers(study.numbers(plan))
-    solve = study.run  # loaded before units are read back, which are of its classes
+    solve = study.run  # loaded before units are read back, whose classes it defines
     question = question_of(spec, subject)
     memory, notes, asked = Memory(), list[str](), untitled(question)
     if folder is not None:
@@ -163,15 +163,15 @@ def _answered(
         findings, interrupted = _last(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
         if interrupted:
             memory.flush()
-            notes.append("interrupted: this is what was found until then; --resume continues from there")
+            notes.append("interrupted: the result is incomplete; --resume continues from there")
         if memory.is_large:
             memory.flush()
-        final, findings = result(findings, not interrupted), None  # which may be larger than the result: no more needed
+        final, findings = result(findings, not interrupted), None  # may be larger than the result, no longer needed
         if folder is not None:
             save(final, new / RESULT)
             _commit(final, folder, write)
     except BaseException:
-        with suppress(WuchtError):  # that of the study says more
+        with suppress(WuchtError):  # the error of the study is more informative
             memory.flush()
         raise
     if not interrupted:
@@ -180,7 +180,7 @@ def _answered(
 
 
 def _last(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
-    """The most complete findings, and whether Ctrl-C was pressed after the first ones."""
+    """The most complete findings, and True if Ctrl-C was pressed after the first ones."""
     latest, saved, pause = None, clock.perf_counter(), _SAVE_EVERY_S
     try:
         for latest in findings:
@@ -201,7 +201,7 @@ def _last(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any]
 
 
 def _commit(result: xr.Dataset, folder: Path, write: Writer | None) -> None:
-    """Put a result, and what is written of it, in the place of an earlier one."""
+    """Replace an earlier result by a new one with all its files."""
     if write is not None:
         return_free_memory()
         write(result, folder / NEW)
@@ -209,7 +209,7 @@ def _commit(result: xr.Dataset, folder: Path, write: Writer | None) -> None:
 
 
 def _common(spec: Spec, subject: Any, about: Description, made: xr.Dataset) -> dict[str, Any]:
-    """Attributes that every result has, whenever it is saved."""
+    """Attributes of every result, complete or not."""
     return {
         "study": spec.kind,
         "contents": to_json([str(name) for name in made.variables], indent=None),
@@ -235,20 +235,20 @@ def load(path: Path | str) -> xr.Dataset:
     Raises
     ------
     InputError
-        If there is no such file, or it is none of ours.
+        If there is no such file, or it was not written by wucht.
     """
     return read_result(Path(path))
 
 
 def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
-    """The figure of a result, from the Dataset alone.
+    """Draw the figure of a result, from the Dataset alone.
 
     Parameters
     ----------
     result : xarray.Dataset
     page : Page
-        On what it is printed: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title. What would be taller there than
-        230 mm has lower panels, or goes across both columns (180 mm).
+        Page of the print: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title. A figure that would be taller than
+        230 mm there has lower panels, or is set across both columns (180 mm).
 
     Returns
     -------
@@ -257,7 +257,7 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
     Raises
     ------
     InputError
-        For a study that is not known here, or a Dataset that lacks variables which the result had.
+        For an unknown study, or a Dataset that lacks variables of the written result.
     """
     with _study_of_result(result) as study:
         for tried in (page, *page.instead):
@@ -270,7 +270,7 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The answer of a result in words, from the Dataset alone.
+    """Report the answer of a result in words, from the Dataset alone.
 
     Parameters
     ----------
@@ -293,34 +293,34 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def export(result: xr.Dataset, folder: Path | str) -> list[str]:
-    """Write the files of a result that are for others: of a cam the points to mill, drawings and tables for controllers.
+    """Export a result to files for other programs: of a cam the points to mill, drawings and tables for controllers.
 
     Parameters
     ----------
     result : xarray.Dataset
     folder : path
-        Where they are written; made if it is not there.
+        Folder for the files; made if it is missing.
 
     Returns
     -------
     list of str
-        A line for each file: its name, and how far what was read back lies from what it stands for.
+        A line for each file: its name, and the deviation of the file's content, read back, from the result.
 
     Raises
     ------
     InputError
-        As ``draw`` does; for a study that has no such files.
+        As ``draw`` does; for a study without such files.
     """
     with _study_of_result(result) as study:
         if not study.exports:
-            raise InputError(study.kind, None, "this study has no files for others; cam-contour has")
+            raise InputError(study.kind, None, "results of this study cannot be exported; cam-contour can")
         lines: list[str] = study.export(result, Path(folder))
     return lines
 
 
 @contextmanager
 def _study_of_result(result: xr.Dataset) -> Iterator[Study]:
-    """The study of a result. What its functions stumble over in one that may have been edited is an ``InputError``."""
+    """The study of a result. Errors of its functions in a result that may have been edited become an ``InputError``."""
     kind, known = result.attrs.get("study"), studies()
     if kind not in known:
         raise InputError("study", kind, "there is no figure for this study")

@@ -1,4 +1,4 @@
-"""Keys that the questions of several studies have: of branches of steady states, of ensembles, of searches, of loads."""
+"""Keys that several studies share: of branches of steady states, of ensembles, of searches, of loads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wucht.studies.spec import Value
 
 NAMES = ("compensating", "together", "opposed")
 VALUES = ("value", "second_value")
-_TOLERANCE = 1e-6  # members are many, and the border of a basin is not known better
+_TOLERANCE = 1e-6  # there are many members, and borders of basins are not known more precisely
 _KEYS = ("of", "range")
 _STEEPEST = 100.0  # slope of a Woehler line: those of materials are 3 to 20
 MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "acceleration"]
@@ -24,9 +24,9 @@ MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "ac
 def with_values(
     entry: Mapping[str, Any], paths: Sequence[str], values: Sequence[float], optional: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """An entry of a summary with the values of its parameters: under ``value`` and ``second_value``, and under their names.
+    """Add the values of its parameters to an entry of a summary: under ``value`` and ``second_value``, and under their names.
 
-    A name that is another key of the table keeps that meaning. optional: keys that only some entries of the table have.
+    A name that is also another key of the table keeps that meaning. optional: keys of only some entries of the table.
     """
     named = {path: value for path, value in zip(paths, values, strict=True) if path not in optional}
     return named | dict(zip(VALUES, values, strict=False)) | dict(entry)
@@ -58,42 +58,40 @@ Ranges = Annotated[
     BeforeValidator(_ranges),
     Field(description="ranges of the states of a system, by name, in which equilibria are searched"),
 ]
-Names = Annotated[
-    tuple[str, ...], BeforeValidator(_names), Field(description="names of steady states that are kept, others are left out")
-]
+Names = Annotated[tuple[str, ...], BeforeValidator(_names), Field(description="names of the steady states to be kept")]
 
 
 class EnsembleSpec(common.Spec):
-    """A question about what becomes of many starts or variants of a machine."""
+    """Spec of a study of the outcomes of many starts or variants of a machine."""
 
     horizon: ClassVar[tuple[str, ...]] = ("until",)
     tiled: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
-    start: common.Start = Field(default_factory=dict, description="initial state of all, but for what is varied of it")
+    start: common.Start = Field(default_factory=dict, description="common initial state, except for the varied quantities")
     model: Literal["full", "slow"] = Field("full", description='the `"full"` equations or the averaged ones (`"slow"`)')
     inertia: common.Inertia | None = None
     order: common.Order = 1
-    until: float | None = si("s", "time", default=None, gt=0, help="how long each run lasts, by default until it has settled")
+    until: float | None = si("s", "time", default=None, gt=0, help="duration of each run, by default until it has settled")
     tolerance: common.Tolerance = _TOLERANCE
 
     @model_validator(mode="before")
     @classmethod
     def _until_settled(cls, given: Any) -> Any:
-        """``until = "settled"`` is the default in words."""
+        """Accept ``until = "settled"``, the default in words."""
         if isinstance(given, Mapping) and given.get("until") == "settled":
             return {k: v for k, v in given.items() if k != "until"}
         return given
 
     def check(self) -> None:
-        """The keys of averaged equations only with them."""
+        """Check that keys of averaged equations are given only with them."""
         for key in ("inertia", "order") if self.model == "full" else ():
             if key in self.model_fields_set and getattr(self, key) is not None:
                 raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow'")
 
 
 def paths_of(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
-    """What is given for each path: TOML reads ``drive.slope = [...]`` as a table within a table."""
+    """The entries of a table by path: TOML reads ``drive.slope = [...]`` as a table within a table."""
     given: list[tuple[str, Any]] = []
     for key, value in table.items():
         given += paths_of(value, f"{path}{key}.") if isinstance(value, Mapping) else [(f"{path}{key}", value)]
@@ -109,7 +107,7 @@ def _vary(given: Any) -> Any:
 
 
 def _by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
-    """What is varied, with its name: TOML reads ``b1.damping = [...]`` as a table within a table."""
+    """The varied quantities by name: TOML reads ``b1.damping = [...]`` as a table within a table."""
     found: list[tuple[str, Any]] = []
     for key, value in table.items():
         nested = isinstance(value, Mapping) and not set(value) & set(_KEYS)
@@ -128,7 +126,7 @@ def _group(where: str, given: Any) -> dict[str, Any]:
     return {"of": None if names is None else list(names), "range": list(ends)}
 
 
-Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(title="what may be changed, and how far")]
+Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(title="quantities to vary, and their ranges")]
 
 
 class Woehler(Described):
@@ -138,7 +136,7 @@ class Woehler(Described):
     ND: float = si("cycles", "number of cycles at the knee", gt=0)
     SD: Value = Field(title="amplitude at the knee", description="amplitude at the knee, in the signal's unit")
     miner: Literal["original", "elementary", "haibach"] | None = Field(None, description=(
-        'what amplitudes below the knee do: `"original"` nothing, `"elementary"` the line goes on, `"haibach"` with the slope '
+        'damage by amplitudes below the knee: `"original"` none, `"elementary"` the line continues, `"haibach"` with the slope '
         "2 k - 1"
     ))  # fmt: skip
     k2: float | None = si(
@@ -146,13 +144,13 @@ class Woehler(Described):
     )
 
     def check(self, where: str) -> None:
-        """One rule for what lies below the knee."""
+        """Check that there is only one rule for amplitudes below the knee."""
         if self.k2 is not None and self.miner is not None:
             raise InputError(f"{where}.k2", self.k2, "give either k2 or miner")
 
 
 def woehler_at(where: str) -> BeforeValidator:
-    """Reads a Woehler line from the table at a place."""
+    """Validator that reads a Woehler line from the table at a location."""
 
     def read(given: Any) -> Any:
         if isinstance(given, Mapping):
@@ -165,7 +163,7 @@ def woehler_at(where: str) -> BeforeValidator:
 
 
 def woehler_line(given: Woehler, unit: str, where: str) -> WoehlerLine:
-    """The Woehler line in the signal's unit. where: its table. Raises ``InputError``."""
+    """The Woehler line in the signal's unit. location: of its table. Raises ``InputError``."""
     knee = read_quantity(Unit(unit, "amplitude at the knee"), given.SD, f"{where}.SD")
     if knee <= 0:
         raise InputError(f"{where}.SD", given.SD, "must be an amplitude greater than 0")

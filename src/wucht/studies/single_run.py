@@ -16,7 +16,7 @@ _ENDS = ("until", "turns", "settled")
 
 
 class SingleRun(common.Spec):
-    """The keys of a question that starts the machine once: how far it runs, from where, and with which equations."""
+    """The keys of a study that starts the machine once: duration of the run, initial state, and equations."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (_ENDS,)
     horizon: ClassVar[tuple[str, ...]] = _ENDS
@@ -38,7 +38,7 @@ class SingleRun(common.Spec):
     @model_validator(mode="before")
     @classmethod
     def _until_settled(cls, given: Any) -> Any:
-        """``until = "settled"`` and ``until = { turns = 300 }``."""
+        """Accept ``until = "settled"`` and ``until = { turns = 300 }``."""
         if not isinstance(given, Mapping):
             return given
         until = given.get("until")
@@ -52,16 +52,16 @@ class SingleRun(common.Spec):
 
     @property
     def settings(self) -> RunSettings:
-        """How the machine is run up."""
+        """Settings of the run-up."""
         keys = ("until", "turns", "model", "inertia", "order", "tolerance", "speed_limit", "engine")
         return RunSettings(**{key: getattr(self, key) for key in keys})
 
     def check(self) -> None:
-        """One end, and the keys of averaged equations only with them."""
+        """Check that one end is given, and that keys of averaged equations are given only with them."""
         if sum(x is not None for x in (self.until, self.turns, self.settled or None)) > 1:
             raise InputError("study.until", None, "must be one of until, turns and settled")
         if self.settled is False and self.until is None and self.turns is None:
-            raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
+            raise InputError("study.settled", False, "must be true, unless until = a time or turns = a number is given")
         if self.model == "full":
             for key in ("inertia", "order"):
                 if key in self.model_fields_set and getattr(self, key) is not None:

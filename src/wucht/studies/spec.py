@@ -1,7 +1,7 @@
-"""What is asked: the specification of a study, its common keys, and the types of its fields.
+"""The specification of a study: its common keys, and the types of its fields.
 
-A spec is a frozen table with units. It is checked when it is built, by whatever builds it, and knows no machine: what needs the
-subject is checked once, in the study's ``prepare``.
+A spec is a frozen table with units. It is always checked when it is built, and knows no machine: checks that need the subject
+are made once, in the study's ``prepare``.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.schema import Described, Unit, read_quantity, unit_of
 
-FULL, AVERAGED = "full equations of motion", "averaged equations"  # as ``assumptions`` words them
+FULL, AVERAGED = "full equations of motion", "averaged equations"  # wording of ``assumptions``
 
 
 class Spec(Described):
-    """A question.
+    """The question of a study.
 
-    subject: what it is asked of, as ``module:name`` of a ``studies.subjects.Subject``. one_of: groups of keys that are one
-    choice: setting one from the command line replaces the others. horizon: keys that only say how far the study goes.
-    meaning: keys that mean something else in each study, so that a file written for another study does not answer them.
-    tiled: whether the study has independent units of work (``Work.units``), which can be computed by several machines.
-    curves: variables of the result, x and y of each curve that is drawn where several results are compared.
-    without_inertia: whether averaged equations leave out that of balancing bodies by default, where all of them are damped.
-    solves: which equations, where the study itself decides that: see ``equations``.
-    from_start: whether it runs the machine from ``start``: where bodies are that this does not name is then assumed.
+    subject: kind of subject, as ``module:name`` of a ``studies.subjects.Subject``. one_of: groups of keys that are one choice:
+    setting one from the command line replaces the others. horizon: keys that only limit the extent of the study.
+    meaning: keys with a different meaning in each study, so that their values in a file for another study are dropped.
+    tiled: true if the study has independent units of work (``Work.units``), which several machines can compute.
+    curves: variables of the result, x and y of each curve in a comparison of several results.
+    without_inertia: true if averaged equations omit the inertia of balancing bodies by default, provided all are damped.
+    solves: the equations, if the study itself determines them: see ``equations``.
+    from_start: true if it runs the machine from ``start``: the places of bodies without an entry there are then assumed.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -44,12 +44,12 @@ class Spec(Described):
 
     @classmethod
     def where(cls) -> str:
-        """The table of a file."""
+        """Name of the table in a file."""
         return "study"
 
     @classmethod
     def read(cls, table: Mapping[str, Any]) -> Self:
-        """From the table ``[study]`` of a file. Raises ``InputError``."""
+        """Build the spec from the table ``[study]`` of a file. Raises ``InputError``."""
         return cls(**{k: v for k, v in table.items() if k != "kind"})
 
     @classmethod
@@ -60,47 +60,47 @@ class Spec(Described):
     @model_validator(mode="wrap")
     @classmethod
     def _keep_what_was_written(cls, given: Any, build: Any) -> Any:
-        """Quantities as they were written: whether a unit was given counts where the subject has none."""
+        """Keep the quantities as they were written: a given unit is an error if the subject has none."""
         if isinstance(given, Mapping):
             for where, one, unit in cls._quantities(given):
-                if where.endswith("]"):  # an item of a list: pydantic would locate the list
+                if where.endswith("]"):  # an item of a list: pydantic would only locate the list
                     read_quantity(unit, one, where)
         spec = build(given)
-        if isinstance(given, Mapping):  # without those that are words for another key, as until = "settled"
+        if isinstance(given, Mapping):  # without words for another key, such as until = "settled"
             spec._written = {k: v for k, v in given.items() if getattr(spec, k, None) is not None}
         spec.check()
         return spec
 
     def check(self) -> None:
-        """Raises ``InputError`` where keys do not fit each other."""
+        """Raise ``InputError`` if keys are inconsistent."""
 
     def equations(self) -> str:
-        """Which equations it solves, in words made of ``FULL`` and ``AVERAGED``; empty: those of its key ``model``."""
+        """The solved equations, in words with ``FULL_EQUATIONS`` and ``AVERAGED_EQUATIONS``; empty: by the key ``model``."""
         return self.solves
 
     def turning(self) -> str:
-        """How fast the machine turns, in words, where the study decides that; empty: as its drives turn it."""
+        """The speed of the machine in words, if the study prescribes it; empty: as driven."""
         return ""
 
     def asked(self) -> dict[str, Any]:
-        """What was asked, for a result: the keys that are given or have a default."""
+        """The question as a table, for a result: the keys that are given or have a default."""
         return {"kind": self.kind} | {k: v for k, v in self.model_dump(mode="json").items() if v is not None}
 
     def asked_of(self, subject: Any) -> dict[str, Any]:
-        """The same of a subject, with all from which another answer would follow: the contents of files that it names.
+        """The question about a subject, with everything that affects the answer: the contents of files that it names.
 
-        Two questions with the same are one, and what is done of it is taken up again.
+        Questions with equal tables are the same, and completed units of work are reused.
         """
         return self.asked()
 
     def refuse_units(self) -> None:
-        """Raises ``InputError`` where a quantity has a unit: the subject is dimensionless."""
+        """Raise ``InputError`` if a quantity has a unit: the subject is dimensionless."""
         for where, one, unit in self._quantities(self._written):
             read_quantity(Unit("", unit.what), one, where)
 
     @classmethod
     def _quantities(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, Any, Unit]]:
-        """Where each quantity of a table stands, what is written there, and its unit."""
+        """Location, written value and unit of each quantity of a table."""
         for key, given in table.items():
             unit = unit_of(cls.model_fields.get(key))
             if unit is not None and isinstance(given, list | tuple):
@@ -110,7 +110,7 @@ class Spec(Described):
 
 
 def _must(allowed: Callable[[Any], bool], sentence: str, read: Callable[[Any], Any] = lambda given: given) -> BeforeValidator:
-    """A check of what is given, and the sentence for what is not allowed. read: what is made of the rest."""
+    """Validator of a raw value, with the sentence for forbidden values. convert: applied to the others."""
 
     def checked(given: Any) -> Any:
         if not allowed(given):
@@ -129,7 +129,7 @@ def _is_list(given: Any, of: type = object) -> bool:
 
 
 def is_whole(given: Any) -> bool:
-    """Whether a whole number is given: 5.0, as ``--set`` has it, is one."""
+    """True for a whole number; 5.0, as given by ``--set``, is one."""
     return not _is_bool(given) and (isinstance(given, int) or (isinstance(given, float) and given.is_integer()))
 
 
@@ -152,14 +152,14 @@ _start = _must(
     lambda given: isinstance(given, Mapping), "must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }", dict
 )
 _starts = _must(lambda given: _is_list(given, Mapping), "must be a list of tables: starts = [{ BODY = ANGLE }, ...]", _tables)
-_path = _must(_is_path, "needed is the path of a parameter, such as drive.slope")
+_path = _must(_is_path, "must be the path of a parameter, such as drive.slope")
 _values = _must(_is_list, "must be a list of values of the parameter that along names", tuple)
 _pair = _must(lambda given: _is_list(given) and len(given) == 2, "must be a pair [low, high]", tuple)
 _whole = _must(is_whole, "must be a whole number", int)
 _order = _must(
     lambda given: not _is_bool(given) and given in (1, 2), "must be 1 or 2: the order of the averaged equations", int
 )
-_inertia = _must(_is_bool, "must be true or false: whether the averaged equations keep it")
+_inertia = _must(_is_bool, "must be true or false: true keeps the inertia in the averaged equations")
 
 Value = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
 Start = Annotated[dict[str, Any], _start, Field(title="initial state", description=(
@@ -169,18 +169,18 @@ Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(title="initial sta
 Path = Annotated[str, _path, Field(title="path of a parameter")]
 Values = Annotated[tuple[Value, ...], _values, Field(title="values of the parameter")]
 Pair = Annotated[tuple[Value, Value], _pair, Field(title="pair [low, high] of the parameter")]
-Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)]  # of a quantity by ``si``
+Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)]  # of a quantity declared by ``si``
 Whole = Annotated[int, _whole]
 Order = Annotated[Literal[1, 2], _order, Field(description=(
-    "order of the averaged equations, 1 or 2; they hold over times 1/epsilon, where rotors or bodies librate undamped over a "
-    "few librations only"
+    "order of the averaged equations, 1 or 2; they hold over times 1/epsilon, but for undamped librations of rotors or "
+    "bodies over a few librations only"
 ))]  # fmt: skip
 Inertia = Annotated[bool, _inertia, Field(description=(
-    "whether the averaged equations keep the inertia of the balancing bodies, by default where one of them is not damped"
+    "whether the averaged equations keep the inertia of the balancing bodies, by default if one of them is not damped"
 ))]  # fmt: skip
 BalancingBodies = Annotated[Literal["steady", "held"] | None, Field(description=(
-    'where balancing bodies are: `"steady"`, in the steady phases that belong to each speed, a curve for each configuration, '
-    'as `synchronous-states` has them; `"held"`, at the phases of `start`, at all speeds. By default steady where these phases '
+    'where balancing bodies are: `"steady"`, in the steady phases of each speed, a curve for each configuration, '
+    'as in `synchronous-states`; `"held"`, at the phases of `start`, at all speeds. By default steady if these phases '
     "are known, else held with a warning. Other rotors are at the phases of `start`"
 ))]  # fmt: skip
 TrueOrFalse = Annotated[bool, _must(_is_bool, "must be true or false")]

@@ -1,4 +1,4 @@
-"""File -> question: a study file or catalogue name, with values set from the command line."""
+"""File -> question: read a study file or catalogue entry, with values set from the command line."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ DEFAULT_KIND = "run-up"  # of a file without a question
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study file read: the question, its subject, and the whole input as written.
+    """Contents of a study file: the question, its subject, and the whole input as written.
 
-    other: whether another kind of study is asked than the file itself asks.
+    changes_kind: true if another kind of study than the file's is requested.
     """
 
     path: Path
@@ -38,7 +38,7 @@ class StudyFile:
 
     @property
     def name(self) -> Path:
-        """By which its result is kept: the catalogue or file name, and below it a kind of study that is not the file's."""
+        """Folder of its result: the catalogue or file name, with a subfolder for another kind of study than the file's."""
         own = short_name(self.path)
         return own / self.spec.kind if self.other else own
 
@@ -47,7 +47,7 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     """Read a study file or catalogue entry.
 
     settings: values by path; those that begin with ``study.`` belong to the table ``[study]``, all others to the subject.
-    Raises ``InputError``: file, key, what was given, what is allowed.
+    Raises ``InputError`` with file, key, given value and requirement.
     """
     document, path = load_document(name)
     dropped: list[str] = []
@@ -60,13 +60,13 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
 def read_comparison(
     of: Sequence[str], settings: Mapping[str, Any] | None = None, vary: Mapping[str, Sequence[Any]] | None = None
 ) -> StudyFile:
-    """The question that sets some studies side by side, without a file of its own: see ``compare``. Raises ``InputError``."""
+    """Build the question that compares several studies, without a study file: see ``compare``. Raises ``InputError``."""
     asked = {"kind": "comparison", "of": list(of), "set": dict(settings or {}), "vary": dict(vary or {})}
     return _read({"study": asked}, Path("comparison"), "comparison", {}, [])
 
 
 def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any], dropped: list[str]) -> StudyFile:
-    """What a document asks. dropped: takes the keys that are left out, which were written for another kind of study."""
+    """Read a document. dropped_keys: is extended by the omitted keys, which were written for another kind of study."""
     asked, left_out = _asked(document, settings)
     dropped += left_out
     spec = asked_study(asked).spec
@@ -121,13 +121,13 @@ def compare(
     resume: bool = False,
     progress: Report | None = None,
 ) -> xr.Dataset:
-    """Set several machines or variants side by side: each one's study, in one result.
+    """Compare several machines or variants: the studies of all in one result.
 
     Parameters
     ----------
     of : paths of study files, catalogue names, and folders of results
     settings : mapping, optional
-        Values by path, set in all of them; those of their question begin with ``study.``.
+        Values by path, set in all of them; keys of their studies begin with ``study.``.
     vary : mapping, optional
         Lists of values of one or two paths: every combination is a variant of each file.
     folder, resume, progress : see ``run``
@@ -135,12 +135,12 @@ def compare(
     Returns
     -------
     xarray.Dataset
-        With the dimension ``variant``: the numbers of the summaries, outcomes and failures; and curves.
+        With the dimension ``variant``: numbers of the summaries, outcomes, failures, and curves.
 
     Raises
     ------
     InputError
-        File, key, what was given, what is allowed; where it holds for all variants of a file.
+        If an error holds for all variants of a file: with file, key, given value and requirement.
 
     Examples
     --------
@@ -156,22 +156,22 @@ def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
     try:
         return run(asked.spec, asked.subject, document=asked.document, **options)
     except InputError as error:
-        option = error.where.startswith("-")  # -o, --resume, --scheduler: the file is not at fault
+        option = error.where.startswith("-")  # -o, --resume, --scheduler: not an error of the file
         raise error if option else error.in_file(asked.path) from None
 
 
 def _with_dropped(error: InputError, dropped: list[str]) -> InputError:
-    """The error where a key is missing that the file has, but for another kind of study."""
+    """Explain the error of a missing key that the file has, but for another kind of study."""
     if error.given is not None or error.where.removeprefix("study.") not in dropped:
         return error
-    why = f"what the file says of {', '.join(dropped)} was written for another kind of study and is left out; use --set"
+    why = f"the values of {', '.join(dropped)} in the file were written for another kind of study and are ignored; use --set"
     return InputError(error.where, None, f"{error.allowed}; {why} {error.where}=...")
 
 
 def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, list[str]]:
-    """The table ``[study]`` with what is set in it, and the keys that are left out; without one a run-up is asked for.
+    """The table ``[study]`` with the settings, and the omitted keys; without a table the study is a run-up.
 
-    Of a file written for another kind only what this kind knows too.
+    From a file written for another kind only the keys in common are used.
     """
     asked = dict(table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
     kind, known = settings.get("study.kind", asked.get("kind")), studies()
@@ -188,7 +188,7 @@ def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, l
 
 def _set(asked: Document, keys: list[str], value: Any, one_of: tuple[tuple[str, ...], ...]) -> None:
     for group in one_of:
-        if keys[0] in group:  # one choice: setting one key replaces what the file says with another
+        if keys[0] in group:  # one choice: setting one key replaces the others in the file
             for other in group:
                 asked.pop(other, None)
     for key in keys[:-1]:

@@ -1,8 +1,8 @@
-"""What studies are asked of: how a subject is read from a study file, and how a result describes it.
+"""Subjects of studies: how one is read from a study file, and how a result describes it.
 
-What tells two of them apart is a hash of all that a result depends on, the same in every process. Numbers count to their last
-bit, also within equations, where printing rounds them, and in the pieces of piecewise functions, which print their name alone.
-Titles do not count, nor names of files, whose contents do.
+Two subjects are distinguished by a hash of everything on which a result depends, the same in every process. Numbers count to
+the last bit, also within equations, where printing rounds them, and in piecewise functions, which are printed by name alone.
+Titles and names of files do not count; the contents of files do.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from wucht.schema import refuse_unknown
 from wucht.studies.spec import Spec
 from wucht.system import System
 
-_SILENT = frozenset({"title", "warnings", "notes", "parameters", "file"})  # those of parameters are stated one by one
+_SILENT = frozenset({"title", "warnings", "notes", "parameters", "file"})  # parameters are listed separately
 
 
 class _Exactly(StrPrinter):  # type: ignore[misc]
-    """SymPy expressions as strings from which they could be made again."""
+    """Printer of SymPy expressions with all digits, so that they could be restored."""
 
-    printmethod = "_exactly"  # not the expressions' own, which print what people read
+    printmethod = "_exactly"  # not the methods for readable output
 
     def _print_Float(self, number: sp.Float) -> str:
         return str(number._mpf_)
@@ -45,13 +45,13 @@ class _Exactly(StrPrinter):  # type: ignore[misc]
 
 
 def _fingerprint_of_machine(machine: Machine) -> str:
-    """Of a machine, but for the values of its parameters: of its parts and their energies, from which its equations follow."""
+    """Fingerprint of a machine without its parameter values: of its parts and their energies, which give the equations."""
     return _hashed({f.name: getattr(machine, f.name) for f in fields(machine) if f.name not in _SILENT})
 
 
 @lru_cache(maxsize=64)
 def _fingerprint_of_system(system: System) -> str:
-    """Of equations, but for the values of their parameters."""
+    """Fingerprint of equations without the values of their parameters."""
     return _hashed(system)
 
 
@@ -60,7 +60,7 @@ def _hashed(value: Any) -> str:
 
 
 def _text(value: Any) -> str:
-    """A value as a string that is the same for equal values alone; whole numbers are those of floating point."""
+    """A value as a string that is the same for equal values only; whole numbers equal those of floating point."""
     match value:
         case None | bool() | str():
             return repr(value)
@@ -83,9 +83,9 @@ def _text(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Description:
-    """What a result says of its subject. facts: as JSON; two subjects with the same facts are the same to a study.
+    """Description of a subject in a result. facts: as JSON; two subjects with the same facts are the same to a study.
 
-    notes: what the parameters were made of, where they are not as given.
+    notes: origins of derived parameters.
     """
 
     title: str
@@ -99,11 +99,11 @@ class Subject(Protocol):
     """A kind of subject."""
 
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Any, Document]:
-        """From a study file: the subject, and its table with all settings made. Raises ``InputError``."""
+        """Read the subject from a study file, and its tables with all settings. Raises ``InputError``."""
         ...
 
     def describe(self, subject: Any) -> Description:
-        """For a result. Raises ``InputError`` where it is no subject of this kind."""
+        """Describe a subject for a result. Raises ``InputError`` if it is no subject of this kind."""
         ...
 
 
@@ -113,7 +113,7 @@ class OfMachine:
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
         """See ``Subject``."""
         if "system" in document and "machine" not in document:
-            raise InputError("system", None, "this study is asked of a machine: needed is a table [machine]")
+            raise InputError("system", None, "the subject of this study must be a machine: give a table [machine]")
         refuse_unknown(document, (*ABOUT, "machine"), "")
         machine, described = machine_of(document, path, name, settings)
         return machine, {"machine": described}
@@ -121,7 +121,7 @@ class OfMachine:
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
         if not isinstance(subject, Machine):
-            raise InputError("machine", subject, "this study is asked of a machine")
+            raise InputError("machine", subject, "the subject of this study must be a machine")
         facts = {
             "title": subject.title,
             "structure": _fingerprint_of_machine(subject),
@@ -132,7 +132,7 @@ class OfMachine:
 
 
 class OfMachineOrSystem:
-    """The machine of the table ``[machine]``, or the user's own equations of the table ``[system]``."""
+    """The machine of the table ``[machine]``, or the user equations of the table ``[system]``."""
 
     def read(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
@@ -140,10 +140,10 @@ class OfMachineOrSystem:
         """See ``Subject``."""
         if "system" not in document:
             if "machine" not in document:
-                raise InputError("machine", None, "needed is a table [machine], or the equations of a table [system]")
+                raise InputError("machine", None, "give a table [machine], or the equations of a table [system]")
             return MACHINE.read(document, path, name, settings)
         if "machine" in document:
-            raise InputError("system", None, "a study is asked of one thing: give either [machine] or [system]")
+            raise InputError("system", None, "a study has one subject: give either [machine] or [system]")
         refuse_unknown(document, (*ABOUT, "system"), "")
         equations, described = own_equations_of(document, path, name, settings)
         return equations, {"system": described}
@@ -153,7 +153,7 @@ class OfMachineOrSystem:
         if isinstance(subject, Machine):
             return MACHINE.describe(subject)
         if not isinstance(subject, OwnEquations):
-            raise InputError("machine", subject, "this study is asked of a machine, or of wucht.OwnEquations")
+            raise InputError("machine", subject, "the subject of this study must be a machine or a wucht.UserSystem")
         facts = {
             "title": subject.title,
             "structure": _fingerprint_of_system(subject.system),
@@ -163,7 +163,7 @@ class OfMachineOrSystem:
 
 
 def equations_of(subject: Machine | OwnEquations) -> OwnEquations:
-    """The System of a study's subject with values of its parameters: of a machine, its full equations of motion."""
+    """The System of a study's subject with its parameter values: of a machine, the full equations of motion."""
     return subject if isinstance(subject, OwnEquations) else OwnEquations(subject.system, _own_values(subject), subject.title)
 
 

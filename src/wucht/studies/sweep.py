@@ -51,8 +51,8 @@ class Sweep(Spec):
     along: Path = Field(description="path of the parameter that is swept")
     range: Pair
     rate: Value | None = Field(None, title="rate of the parameter", description=(
-        "rate of the parameter, in its unit a unit of time; by default the range takes a thousand times as long as the machine "
-        "takes to answer"
+        "rate of the parameter, in its unit per unit of time; by default the range takes a thousand times as long as the "
+        "response of the machine"
     ))  # fmt: skip
     direction: Literal["both", "up", "down"] = Field(
         "both", description='direction of the sweep: `"both"` (up, then down again), `"up"` or `"down"`'
@@ -67,9 +67,9 @@ class Sweep(Spec):
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be done. moved: the machine with the swept parameter at its first value.
+    """Plan of a sweep. moved_machine: with the swept parameter at its first value.
 
-    low, high: values of the swept parameter. ways: from which to which value it goes ``"up"`` or ``"down"``, in their order.
+    low, high: range of the swept parameter. ways: first and last value of the ramps ``"up"`` and ``"down"``, in their order.
     """
 
     spec: Sweep
@@ -113,16 +113,16 @@ def _rate(spec: Sweep, machine: Machine, swept: Parameter) -> float | None:
     return rate
 
 
-_TOO_FAST = 0.01  # by how much the speed may change after a ramp, relative to the largest of the sweep
+_TOO_FAST = 0.01  # greatest change of the speed after a ramp, relative to the largest speed of the sweep
 _TURNS_A_UNIT, _MOST_LEGS_A_UNIT = 500, 20
-_SETTLED_SHARE, _RAMP_SHARE, _JUMPS_SHARE = 0.02, 0.5, 0.55  # of the time of a way: what of it is done after each part
+_SETTLED_SHARE, _RAMP_SHARE, _JUMPS_SHARE = 0.02, 0.5, 0.55  # of the time of a ramp: completed share after each part
 
 
 @dataclass(frozen=True)
 class Findings:
-    """ramps: the legs of each way, as far as it was gone. jumps: in the order in which they happen. warnings: what is doubtful.
+    """Findings so far. ramps: completed legs of each ramp. jumps: in the order in which they occur. warnings: doubts.
 
-    failure: why the sweep ended early. complete: whether all ramps were made and searched for jumps. engine: of integration.
+    failure: why the sweep ended early. complete: true if all ramps were made and searched for jumps. engine: of integration.
     """
 
     engine: str
@@ -134,12 +134,12 @@ class Findings:
 
     @property
     def all_legs(self) -> list[Leg]:
-        """Of all ramps."""
+        """Legs of all ramps."""
         return [leg for legs in self.ramps.values() for leg in legs]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Move the machine; what was found after each part of a ramp and each search. A failure ends the sweep, with a sentence."""
+    """Run the ramps; yield the findings after each part of a ramp and each search. A failure ends the sweep with a sentence."""
     machine = plan.moved.machine
     moving, events = moving_system(machine, plan.swept.path), release_events(machine)
     compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
@@ -171,7 +171,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[Leg, ...]]:
-    """One ramp in equal legs: those made so far after each unit of them. place: where it begins."""
+    """Run one ramp in equal legs; yield the completed legs after each unit of work. place: its start."""
     step, samples, begun = plan.moved.pace.step, plan.moved.pace.samples, place.time
     turns = step * plan.moved.pace.fastest / (2 * math.pi)
     count = max(1, min(_MOST_LEGS_A_UNIT, round(_TURNS_A_UNIT / turns)))
@@ -192,7 +192,7 @@ def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Itera
 
 
 def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> tuple[tuple[Leg, ...], str | None]:
-    """Legs to one value after the other, as far as they can be integrated, and why there are no more."""
+    """Integrate legs to one value after the other, as far as possible; return them with the failure, if any."""
     legs = list[Leg]()
     for value in values:
         try:
@@ -204,7 +204,7 @@ def _legs(mover: Mover, place: Place, step: float, values: Sequence[float]) -> t
 
 
 def _jumps(mover: Mover, legs: Sequence[Leg], tolerance: float, work: Work) -> Iterator[Jump]:
-    """The jumps of one ramp."""
+    """Yield the jumps of one ramp."""
     pairs = candidates(mover, legs)
     for i, (first, last) in enumerate(pairs):
         searching = replace(mover, report=_at(work, i / len(pairs), f"jump {i + 1} of {len(pairs)} at most"))
@@ -214,12 +214,12 @@ def _jumps(mover: Mover, legs: Sequence[Leg], tolerance: float, work: Work) -> I
 
 
 def _at(work: Work, share: float, what: str) -> Callable[[float], None]:
-    """What a mover reports while it is not known how long it takes."""
+    """Progress function of a mover while its duration is unknown."""
     return lambda _: work.report(share, what)
 
 
 def _doubts(plan: Plan, settled: Leg, steady: bool, when: str, legs: Sequence[Leg] = ()) -> tuple[str, ...]:
-    """Warnings where the machine did not settle, or did not follow to the end of a ramp. legs: of all ramps so far."""
+    """Warnings if the machine did not settle, or did not follow a ramp to its end. legs: of all ramps so far."""
     doubts, speed = list[str](), f"{settled.speed:.5g} {plan.moved.machine.units.speed}".strip()
     if not steady:
         doubts.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
@@ -236,7 +236,7 @@ _FREE_SPEEDS = 21
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a sweep."""
+    """Build the Dataset of a sweep."""
     pace, swept = plan.moved.pace, plan.swept
     quantities = [*_of_jumps(plan, findings), *_of_question(plan), *_of_ramps(plan, findings)]
     more = {"along": swept.path, "along_unit": swept.unit, "rate": pace.rate, "engine": findings.engine}
@@ -253,21 +253,21 @@ def _of_jumps(plan: Plan, findings: Findings) -> list[Quantity]:
         "direction": ("direction in which the parameter moves", ""),
         "from_amplitude": ("amplitude before the jump", length),
         "to_amplitude": ("amplitude after the jump", length),
-        "fold": ("whether the branch ends in a parabola there", ""),
-        "only_seen": ("whether it is known from the ramp alone", ""),
+        "fold": ("whether the branch ends in a fold there", ""),
+        "only_seen": ("whether it is known from the ramp only", ""),
         "bracket": ("values between which the branch ends", swept.unit),
     }
     rows = [{swept.path if key == "value" else key: x for key, x in asdict(j).items()} for j in jumps]
     columns = {"value": swept.path, "from": "from_speed", "to": "to_speed"} | {n: n for n in ("from_amplitude", "to_amplitude")}
     return [
-        *table("jumps", rows, "jumps, in the order in which they happen", parts),
+        *table("jumps", rows, "jumps, in the order in which they occur", parts),
         *(Quantity(f"jump_{n}", [row[part] for row in rows], *parts[part], "jump") for n, part in columns.items()),
         Quantity("jump_upward", [int(j.direction == "up") for j in jumps], "1 where the parameter rises", "", "jump"),
     ]
 
 
 def _of_question(plan: Plan) -> list[Quantity]:
-    """What is swept, how fast, and what the drive reaches meanwhile without vibration."""
+    """The swept parameter, its rate, and the speed of the drive without vibration."""
     machine, swept, pace = plan.moved.machine, plan.swept, plan.moved.pace
     grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
     free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
@@ -286,7 +286,7 @@ def _of_question(plan: Plan) -> list[Quantity]:
 
 
 def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
-    """What is read off the ramps, not a number where one ended early."""
+    """Readings of the ramps, NaN where one ended early."""
     swept, speed, length, legs = plan.swept, plan.moved.machine.units.speed, plan.moved.machine.orbit_unit, findings.all_legs
     peak, residual = (max((getattr(leg, n) for leg in legs), default=None) for n in ("amplitude", "energy_residual"))
     ends = {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r}
@@ -302,7 +302,7 @@ def _of_ramps(plan: Plan, findings: Findings) -> list[Quantity]:
     return [
         Quantity("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep", "", "direction"),
         *(Quantity(n, _table(plan, findings, of), what, u, "direction sample") for n, (of, what, u) in readings.items()),
-        Quantity("hysteresis", hysteresis(findings.jumps), "values between which the state depends on the way", swept.unit),
+        Quantity("hysteresis", hysteresis(findings.jumps), "range in which the state depends on the direction", swept.unit),
         Quantity("peak_amplitude", peak, "largest amplitude of the axis", length, headline=True),
         Quantity("energy_residual", residual, "largest relative error of the energy balance"),
         Quantity("ends", ends, "speeds at the ends of each ramp", parts=parts),
@@ -316,15 +316,15 @@ def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
 
 
 def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
-    """Between which values the state depends on the direction in which the parameter is moved; None where it does not."""
+    """Range of values in which the state depends on the direction of the sweep; None if there is none."""
     up, down = ([j.value for j in jumps if j.direction == way] for way in ("up", "down"))
     return [min(down), max(up)] if up and down and min(down) < max(up) else None
 
 
 def _warnings(findings: Findings) -> list[str]:
     only_seen = [
-        f"the jump near {j.value:.5g} is only known to lie between {j.bracket[0]:.6g} and {j.bracket[1]:.6g}: where the "
-        "parameter is held before it, the machine does not stay in the state of the sweep; a lower rate shows where it goes"
+        f"the jump near {j.value:.5g} is only known to lie between {j.bracket[0]:.6g} and {j.bracket[1]:.6g}: with the "
+        "parameter held before it, the machine does not remain in the state of the sweep; a lower rate shows where it settles"
         for j in findings.jumps
         if j.only_seen
     ]
@@ -353,7 +353,7 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a sweep."""
     s, lines = result.wucht.summary, ReportLines(result)
     jumps, (low, high), unit = s["jumps"], s["range"], f" {s['along_unit']}" if s["along_unit"] else ""
-    chosen = " (chosen: so slow that the machine follows)" if s["rate_chosen"] else ""
+    chosen = " (chosen so that the machine follows)" if s["rate_chosen"] else ""
     lines.add("sweep", f"{{along}} from {low:.5g} to {high:.5g}{unit} at {{rate:.3g}}{chosen}")
     for way, ends in s["ends"].items():
         lines.add(way, "{from_speed} to {to_speed}", ends, "ends")
@@ -363,16 +363,16 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("", "amplitude {from_amplitude} to {to_amplitude}", jump, "jumps")
     if s["hysteresis"]:
         between = "{:.6g} and {:.6g}".format(*s["hysteresis"])
-        lines.add("hysteresis", f"between {between}{unit} the state depends on where the machine comes from")
+        lines.add("hysteresis", f"between {between}{unit} the state depends on the direction of the sweep")
     if jumps:
-        lines.add("accuracy", "{jump_tolerance:.0e} of these values, found by holding {along}: not late by the rate")
+        lines.add("accuracy", "{jump_tolerance:.0e} of these values, obtained with {along} held: independent of the rate")
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     count = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(jumps), f"{len(jumps)} JUMPS")
     return lines.report(s["sentence"].upper() if s["sentence"].startswith("the sweep") else count)
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Two panels from a sweep's Dataset alone."""
+    """Draw two panels from a sweep's Dataset alone."""
     drawn, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
     scale, unit = printed_unit(result, "amplitude")
     for i, way in enumerate(str(d) for d in result.direction.values):
@@ -397,7 +397,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _subtitle(result: xr.Dataset) -> str:
-    """Where it jumps; else the answer in words."""
+    """Values of the jumps; without jumps the answer in words."""
     jumps, along, unit = result.wucht.summary["jumps"], result.attrs["along"], result.attrs["along_unit"]
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
@@ -410,7 +410,7 @@ def _what(result: xr.Dataset) -> str:
 
 
 def _draw_jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray) -> None:
-    """An arrow from where each branch ends to where the machine lands."""
+    """Draw an arrow from the end of each branch to the state after the jump."""
     for k, at in enumerate(result.jump_value.values):
         colour = COLOURS[0] if result.jump_upward.values[k] else COLOURS[1]
         axis.plot([at], [before[k]], "o", color=colour, markersize=5, zorder=5, label="end of a branch" if k == 0 else None)

@@ -1,4 +1,4 @@
-"""Where the torque of a drive balances that of load and vibration: 002 (3.51), figure 3.2b."""
+"""Balance of the torques of drive, load and vibration: 002 (3.51), figure 3.2b."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ class TorqueBalance(Spec):
 
     range: Interval | None = si("rad/s", "speed", default=None, help=(
         "lowest and highest speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration; "
-        "where it reaches none, or one beyond 20 times the highest natural frequency (and 3000 rad/s), to 3 times that "
+        "if it reaches none, or one beyond 20 times the highest natural frequency (and 3000 rad/s), to 3 times that "
         "frequency, and to 1.2 times the fastest working point up to there"
     ))  # fmt: skip
     on: str | None = Field(None, title="rotor", description=(
         "name of the rotor whose shaft is balanced, by default the main one; other rotors turn with it at the same speed"
     ))  # fmt: skip
     points: Whole = Field(1200, ge=2, le=100_000, description=(
-        "number of speeds, evenly spaced over the range, to which those are added that resolve resonances and breakdown"
+        "number of speeds, evenly spaced over the range; more are added to resolve resonances and breakdown"
     ))  # fmt: skip
     bodies: BalancingBodies = None
     start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
@@ -65,15 +65,15 @@ class TorqueBalance(Spec):
         return "all bodies turn at one speed; the drive as its characteristic says"
 
 
-_FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds at which working points are looked for
+_FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds in the search for working points
 
 
 @dataclass(frozen=True)
 class Plan:
-    """curves: the torques on the shaft over a range of its speed, for each branch of ``steady`` or for its held bodies.
+    """Plan of a torque balance. curves: torques on the shaft over its speed, for each branch of ``steady`` or the held bodies.
 
-    searched: lowest and highest speed at which working points of bodies in steady phases are looked for, in the main rotor's
-    own sense.
+    search_range: lowest and highest speed in the search for working points of bodies in steady phases, in the main rotor's
+    sense.
     """
 
     steady: SteadyPhases
@@ -89,8 +89,8 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
     rotor = machine.rotor if spec.on is None else by_name[spec.on]
     steady = SteadyPhases.of(machine, spec.start, spec.bodies)
     if rotor.coordinate.prescribed is not None:
-        why = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to be balanced"
-        advice = "study.kind = 'response' shows the torque that it takes"
+        why = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: there is no torque balance"
+        advice = "study.kind = 'response' computes the required torque"
         raise InputError("machine.drive", None, f"{why}; {advice}", code="prescribed")
     turning = {b.name for b in machine.group(rotor)}
     if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
@@ -103,24 +103,24 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
 
 
 def _searched(steady: SteadyPhases, speeds: tuple[float, float]) -> tuple[float, float]:
-    """Of the range (signed) what is to be searched. Raises ``InputError`` where it is not in the sense of the drive."""
+    """The part of the (signed) range to be searched. Raises ``InputError`` if it is not in the sense of the drive."""
     sense = sense_of(steady.machine, steady.machine.rotor)
     low, high = sorted(sense * w for w in speeds)
     if low < 0 or not high > 0:
-        allowed = "must be speeds in the sense in which the drive turns; with study.bodies = 'held' it may be any"
+        allowed = "must be speeds in the sense in which the drive turns; with study.bodies = 'held' any speeds are allowed"
         raise InputError("study.range", list(speeds), allowed)
     return max(low, LOWEST * high), high
 
 
 def _speed_range(steady: SteadyPhases, rotor: RotatingBody) -> tuple[float, float]:
-    """The default of ``range``: up to what the drive reaches, or where that is out of reach, up to all working points."""
+    """Default of ``range``: up to the speed of the drive, or if that is out of reach, up to all working points."""
     machine = steady.machine
     free, torque = free_speed(machine, rotor), net_torque(machine, rotor)(0.0)
     natural = max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
     reach = min(highest_speed(machine), _FAR * natural) if machine.dimensionless else highest_speed(machine)
     if free and abs(free) <= reach:
         end = 1.2 * free
-    else:  # the vibration may hold the rotor far beyond all resonances
+    else:  # the vibration may limit the speed far beyond all resonances
         sense = math.copysign(1.0, free or torque)
         limits = (0.0, reach) if sense > 0 else (-reach, 0.0)
         points = TorqueCurves(machine, rotor, steady.forced, limits, _POINTS).working_points
@@ -128,12 +128,12 @@ def _speed_range(steady: SteadyPhases, rotor: RotatingBody) -> tuple[float, floa
     return min(0.0, end), max(0.0, end)
 
 
-_NOT_ASKED = Stability.undecided("the full equations are not asked")
+_NOT_ASKED = Stability.undecided("the full equations are not evaluated")
 
 
 @dataclass(frozen=True)
 class Findings:
-    """The working points, and of bodies in steady phases the configuration of each; search: how they were found."""
+    """The working points, and with bodies in steady phases the configuration of each; search: its record."""
 
     points: tuple[WorkingPoint, ...]
     configurations: tuple[Configuration, ...] = ()
@@ -141,7 +141,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The working points: of held bodies where the curves cross, of others all steady phase configurations."""
+    """Compute the working points: with held bodies the crossings of the curves, else all steady phase configurations."""
     work.report(0.0, "working points")
     torques = plan.steady.torques
     if torques is None:
@@ -157,7 +157,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a torque balance."""
+    """Build the Dataset of a torque balance."""
     labels = [_label(plan, c) for c in findings.configurations]
     sentence = _sentence(findings, labels, plan.curves[0].runaway)
     quantities = [*_of_curves(plan), *_of_points(plan, findings, labels), *_of_machine(plan)]
@@ -165,7 +165,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _of_curves(plan: Plan) -> list[Quantity]:
-    """The torques over the speed, and whether a working point there would be stable; of each configuration its own."""
+    """The torques over the speed, and the stability of a working point there; separately for each configuration."""
     machine, base = plan.steady.machine, plan.curves[0]
     grid = plan.steady.grid(np.unique(np.concatenate([c.grid for c in plan.curves])))
     drive, load, _ = base.torques(grid)[0]
@@ -182,7 +182,7 @@ def _of_curves(plan: Plan) -> list[Quantity]:
         names, overlapping = np.array([p.label for p in pieces], str), np.array([p.overlapping for p in pieces], np.int8)
         of_pieces = [
             Quantity("configuration_name", names, "steady phase configuration", "", "configuration", coordinate=True),
-            Quantity("overlapping", overlapping, "bodies of a track are in each other's place", "", "configuration"),
+            Quantity("overlapping", overlapping, "bodies of a track overlap", "", "configuration"),
         ]
     speed, torque = machine.units.speed, machine.units.torque
     return [
@@ -197,7 +197,7 @@ def _of_curves(plan: Plan) -> list[Quantity]:
 
 
 def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quantity]:
-    """The working points; of bodies in steady phases with their configuration."""
+    """The working points; with bodies in steady phases including their configuration."""
     units, rows = plan.steady.machine.units, [asdict(p) for p in findings.points]
     for row, c, label in zip(rows, findings.configurations, labels, strict=False):
         row |= {
@@ -208,17 +208,17 @@ def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quanti
         "speed": ("speed of a working point", units.speed),
         "torque": ("torque of the drive there", units.torque),
         "stable": ("whether it is stable", ""),
-        "tangential": ("whether the curves touch there, and do not cross", ""),
+        "tangential": ("whether the curves only touch there", ""),
         "slope": ("slope of the drive's characteristic there", f"{units.torque} {units.time}".strip()),
         "no_load_speed": ("no-load speed of the straight line that replaces it", units.speed),
         "slip": ("slip of an induction motor", ""),
         "configuration": ("steady phase configuration there", ""),
         "name": ("kind of configuration", ""),
         "phases": ("phases of the bodies to the rotor", "rad"),
-        "residual_share": ("unbalance that is left, as a share of the rotor's", ""),
-        "overlapping": ("whether bodies of a track are in each other's place", ""),
-        "indifferent": ("whether phases can be chosen freely", ""),
-        "family_dimension": ("number of phases that can be chosen freely", ""),
+        "residual_share": ("residual unbalance, as a share of the rotor's", ""),
+        "overlapping": ("whether bodies of a track overlap", ""),
+        "indifferent": ("whether there is a continuous family of phases", ""),
+        "family_dimension": ("dimension of the family of phases", ""),
     }
     columns: dict[str, type] = {"speed": float, "torque": float, "stable": np.int8}
     columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.branches else {}
@@ -226,7 +226,7 @@ def _of_points(plan: Plan, findings: Findings, labels: list[str]) -> list[Quanti
 
 
 def _of_machine(plan: Plan) -> list[Quantity]:
-    """What the machine has without vibration, and what was asked."""
+    """Properties of the machine without vibration, and the question."""
     machine, base = plan.steady.machine, plan.curves[0]
     units = machine.units
     breakdown = None if base.breakdown is None else dict(zip(("slip", "speed", "torque"), base.breakdown, strict=True))
@@ -253,10 +253,10 @@ def _label(plan: Plan, c: Configuration) -> str:
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, machine = list[str](), plan.steady.machine
     if any(p.tangential for p in findings.points):
-        warnings.append("at a working point the curves only touch: the least change makes two of it or none")
+        warnings.append("at a working point the curves only touch: a small change splits it into two or removes it")
     if len(machine.rotors) > 1:
         name = plan.curves[0].rotor.name
-        warnings.append(f"all rotors are taken to turn as fast as {name!r}, in the phases of the start")
+        warnings.append(f"all rotors are assumed to turn as fast as {name!r}, in the phases of the start")
     return warnings
 
 
@@ -269,21 +269,21 @@ def _sentence(findings: Findings, labels: list[str], runaway: bool) -> str:
     count = one if len(points) == 1 else f"{several}, {stable} of them stable"
     count += f": {', '.join(dict.fromkeys(named))}" if named else ""
     if impossible := sum(overlapping):
-        count += f"; {impossible} more with bodies of a track in each other's place" if points else ""
+        count += f"; {impossible} more with overlapping bodies of a track" if points else ""
     if runaway:
         away = "without vibration the drive's torque never meets the load: the rotor would run away"
         return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away
     if points:
         return count
-    where = " in any steady phases that the balancing bodies have" if findings.search is not None else ""
-    return f"drive, load and vibration meet nowhere in the range{where}"
+    where = " in any steady phases of the balancing bodies" if findings.search is not None else ""
+    return f"drive, load and vibration do not balance anywhere in the range{where}"
 
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a torque balance."""
     summary, lines = result.wucht.summary, ReportLines(result)
     points = summary["working_points"]
-    for point in [p for p in points if not p.get("overlapping")] or points:  # the verdict says how many are not possible
+    for point in [p for p in points if not p.get("overlapping")] or points:  # impossible ones are counted in the verdict
         kind = "stable" if point["stable"] else "touching" if point["tangential"] else "unstable"
         slip = "" if point["slip"] is None else ", slip {slip:%}"
         lines.add(
@@ -308,18 +308,18 @@ def _bodies(point: dict[str, Any]) -> str:
     """The configuration of bodies in steady phases."""
     if "configuration" not in point:
         return ""
-    place = ", but bodies of a track in each other's place" if point["overlapping"] else ""
+    place = ", but with overlapping bodies of a track" if point["overlapping"] else ""
     return f", {point['configuration']}{place}"
 
 
-_TALLEST, _BRAKING = 2.5, 0.5  # of the drive's largest torque: resonances are cut above, and its braking below this share
-_STARTING = 3.0  # times all torques that it has to meet: the torque of a motor at standstill is cut above
+_TALLEST, _BRAKING = 2.5, 0.5  # of the drive's largest torque: limits of the scale for resonances, and for the braking torque
+_STARTING = 3.0  # times the opposing torques: limit of the scale for the starting torque of a motor
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Two panels from a torque balance's Dataset alone: all torques; and drive less load against the vibration.
+    """Draw two panels from a torque balance's Dataset alone: all torques; and drive less load against the vibration.
 
-    Without load the second says it all, and is the only one.
+    Without load only the second is drawn.
     """
     speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
     loaded, net = bool(np.abs(load).any()), drive - load
@@ -343,9 +343,9 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, at_points: np.ndarray) -> None:
-    """A line, dashed where a working point on it would not be stable; one for each configuration of the balancing bodies.
+    """Draw a line, dashed where a working point on it would not be stable; one for each configuration of balancing bodies.
 
-    Working points are filled where stable, open where not; crosses where bodies would be in each other's place.
+    Working points are filled where stable, open where not; crosses where bodies would overlap.
     """
     if torque.ndim > 1:
         draw_configurations(axis, result, torque)
@@ -363,7 +363,7 @@ def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str, a
 
 
 def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: np.ndarray) -> None:
-    """The line of zero, the name of the axis, and limits so that the drive is seen, however high the resonance."""
+    """Set the zero line, the label and the limits of the axis so that the drive is visible, however high the resonance."""
     vibration = result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
     largest = float(np.abs(driving).max(initial=0.0))
@@ -376,7 +376,7 @@ def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: n
         most = _STARTING * float(met.max(initial=0.0)) or largest
         low, high = max(low, -most), min(high, most)
     points = shown_points[np.isfinite(shown_points)]
-    low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # wherever the machine works is shown
+    low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # all working points are inside
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
     axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)

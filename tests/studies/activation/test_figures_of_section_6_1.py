@@ -111,5 +111,5 @@ def test_the_later_they_open_the_lower_the_peak() -> None:
     assert (np.diff(worst[:, :2], axis=0) < 0).all()
     assert worst[0, 0] > 0.9 * float(result.rigid_peak.max())
     assert worst[-1, 1] == pytest.approx(ALIGNED, rel=1e-3)
-    warned = [w for w in result.wucht.warnings if "again and again" in w]
+    warned = [w for w in result.wucht.warnings if "repeatedly" in w]
     assert len(warned) == 4

@@ -358,7 +358,7 @@ def test_ctrl_c_leaves_a_valid_result(rotor: Machine, done: int) -> None:
     assert result.attrs["finished"] == 0
     assert result.sizes["value"] == done
     assert summary["trusted"] is None
-    assert summary["reasons"] == ["it was interrupted before this was decided"]
+    assert summary["reasons"] == ["the study was interrupted before this was decided"]
     assert (summary["own"] is None) == (done == 0)
     assert [d["u"] for d in summary["deviations"]] == [1.0, 2.0][: max(done - 1, 0)]
     progress, interrupted = result.wucht.warnings

@@ -42,8 +42,8 @@ def trust(plan: Any, own: Comparison, measured: Errors | None = MEASURED, unmeas
 
 def test_reasons_not_to_trust(plan: Any) -> None:
     assert trust(plan, compared()) == (True, [])
-    assert trust(plan, compared(slow_outcome="passed")) == (False, ["the full equations end captured, the slow ones passed"])
-    assert trust(plan, compared(relative=(math.nan, math.nan))) == (False, ["they share no angle"])
+    assert trust(plan, compared(slow_outcome="passed")) == (False, ["the full equations end captured, the averaged ones passed"])
+    assert trust(plan, compared(relative=(math.nan, math.nan))) == (False, ["the runs have no angle of the rotor in common"])
     assert trust(plan, compared(relative=(math.nan, 0.1)))[0] is False and trust(plan, compared(relative=(0.01, math.nan)))[0]
     apart = ["the speeds of the rotor differ by 5.1 % of the largest", "the amplitudes differ by 26 % of the largest"]
     assert trust(plan, compared(relative=(0.051, 0.26))) == (False, apart)
@@ -55,15 +55,15 @@ def test_reasons_not_to_trust(plan: Any) -> None:
 
 
 def test_what_is_not_decided(plan: Any) -> None:
-    short = "the runs are too short to tell an outcome; give a longer study.until"
+    short = "the runs are too short for an outcome; give a longer study.until"
     assert trust(plan, compared(outcome="unidentified")) == (None, [short])
     unmeasured = "whether the error falls with epsilon could not be measured: it fails"
     assert trust(plan, compared(), None, "it fails") == (None, [unmeasured])
-    assert trust(plan, compared(), None) == (None, ["it was interrupted before this was decided"])
+    assert trust(plan, compared(), None) == (None, ["the study was interrupted before this was decided"])
     result = STUDY.dataset(plan, Findings((compared(), compared(1.0), compared(2.0, failure="no more"))))
     assert warnings_of(result) == [f"{result.value.attrs['long_name']} = 2: no more", "2 of 3 values are compared"]
     assert result.attrs["sentence"] == (
-        "not decided whether the averaged equations may be trusted: it was interrupted before this was decided"
+        "not decided whether the averaged equations may be trusted: the study was interrupted before this was decided"
     )
     result = STUDY.dataset(plan, Findings((compared(failure="own"),), None, "it fails"))
     assert warnings_of(result) == ["own", "the order of the error could not be measured: it fails"]
@@ -132,7 +132,7 @@ def unmeasured(plan: Any, **changes: Any) -> str:
 
 def test_schedules_do_not_become_slower(plan: Any) -> None:
     machine = SimpleNamespace(schedules=("one",))
-    why = "schedules have a time of their own, which does not become slower with epsilon"
+    why = "the times of schedules do not scale with epsilon"
     assert unmeasured(plan, machine=machine) == why
 
 

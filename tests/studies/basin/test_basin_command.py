@@ -24,8 +24,8 @@ def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command, from_t
     told = wucht("run", "basin.toml", "-o", "again", *COARSE, "--set", "study.until=0.3 s")
     assert told.code == 0, told.err
     assert "unidentified 100 %" in told.out
-    assert "followed until 0.3 s" in told.out
-    assert "a longer study.until may tell" in told.out + told.err
+    assert "integrated until 0.3 s" in told.out
+    assert "a longer study.until may identify them" in told.out + told.err
 
 
 @pytest.mark.parametrize(

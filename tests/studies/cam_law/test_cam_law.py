@@ -92,7 +92,7 @@ def test_report_and_figure(tmp_path):
     result = of_template(tmp_path)
     lines = wucht.report(result)
     assert lines[1] == "verdict: a motion of 5 harmonics meets 2 restrictions"
-    assert any("within 0.1975° of what is asked" in line for line in lines)
+    assert any("within 0.1975° of the restrictions" in line for line in lines)
     assert any("restrictions[0]" in line and line.endswith("position 24°") for line in lines)
     figure = wucht.draw(result)
     assert [axis.get_ylabel() for axis in figure.axes] == [
@@ -118,11 +118,11 @@ def test_bounds_and_caps_are_shown():
     assert (result.greatest.values <= result.high.values + 1e-8).all()
     assert (result.least.values >= result.low.values - 1e-8).all()
     assert wucht.report(result)[2].endswith("mm")
-    assert [line.endswith("(binds)") for line in wucht.report(result)[-5:-1]] == [False, True, True, False]
+    assert [line.endswith("(binding)") for line in wucht.report(result)[-5:-1]] == [False, True, True, False]
     asked = [line.split(": ")[1] for line in wucht.report(result) if "restrictions[" in line or "caps[" in line]
     assert [" to " in line for line in asked] == [False, True, True, False]
     low, high = (1e3 * float(of.values[2]) for of in (result.least, result.greatest))
-    assert asked[2] == f"velocity {low:.4g} mm/rad to {high:.4g} mm/rad (binds)"
+    assert asked[2] == f"velocity {low:.4g} mm/rad to {high:.4g} mm/rad (binding)"
     velocity = wucht.draw(result).axes[1]
     assert any(line.get_linestyle() == "--" for line in velocity.get_lines())
 

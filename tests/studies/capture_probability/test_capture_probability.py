@@ -81,7 +81,7 @@ def test_the_wanted_probability_is_searched_for(monkeypatch: pytest.MonkeyPatch)
     sentence = f"with 95 % confidence at least 0.6 of the starts end as compensated or passed from u = {at[k]:.5g} on"
     assert report(result)[1] == f"verdict: {sentence}"
     lines = [text.get_text() for text in draw(result).axes[0].get_legend().get_texts()]  # type: ignore[union-attr]
-    assert lines == ["95 % confidence", "estimate", "of the search", "wanted: 0.6", f"reached at u = {at[k]:.4g}"]
+    assert lines == ["95 % confidence", "estimate", "of the search", "target: 0.6", f"reached at u = {at[k]:.4g}"]
 
 
 def test_the_same_random_numbers_at_all_values(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +102,7 @@ def test_the_same_random_numbers_at_all_values(monkeypatch: pytest.MonkeyPatch) 
             "no smallest u: with 95 % confidence the share that ends as compensated or",
         ),
         (lambda share, u: share < 0.5 + 0 * u, None, "0.9 is not reached up to u = 5: there with 95 % confidence 4"),
-        (lambda share, u: share < 2 + 0 * u, 1.0, "from u = 1 on, the lowest value looked at"),
+        (lambda share, u: share < 2 + 0 * u, 1.0, "from u = 1 on, the lowest computed value"),
     ],
 )
 def test_where_there_is_none_it_says_why(
@@ -180,7 +180,7 @@ def test_which_quantity_matters(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) 
     assert [t.get_text() for t in drawn.axes[1].get_yticklabels()] == ["psi", "delta"]
     nothing = asked(monkeypatch, sensitivity=True, at=5.0, samples=64)
     assert nothing.wucht.summary["sensitivity"]["indices"] is None
-    assert any("all runs with a verdict end alike" in w for w in nothing.wucht.warnings)
+    assert any("all runs with a verdict have one outcome" in w for w in nothing.wucht.warnings)
     assert len(draw(nothing).axes) == 1
     assert "nothing matters" in "\n".join(report(nothing))
 

@@ -107,7 +107,7 @@ def test_bars_of_indices_the_one_that_matters_most_at_the_top() -> None:
         assert [b.get_width() for b in bars] == widths
         assert [b.get_y() + b.get_height() / 2 for b in bars] == pytest.approx([side, 1 + side])
         assert bars.errorbar is not None and bars.errorbar.has_xerr and not bars.errorbar.has_yerr
-    assert axis.get_title() == "what matters at 3 W"
+    assert axis.get_title() == "sensitivity at 3 W"
 
 
 def test_the_curve_of_a_probability_its_band_and_where_it_is_reached() -> None:
@@ -128,6 +128,6 @@ def test_the_curve_of_a_probability_its_band_and_where_it_is_reached() -> None:
     assert {tuple(v) for v in band} >= {(1.0, 0.0), (1.0, 0.2), (2.0, 0.4), (2.0, 0.7), (3.0, 0.8), (3.0, 1.0)}
     assert {tuple(v) for v in open_.round(9)} >= {(2.0, 0.4), (2.0, 0.6), (1.0, 0.1), (3.0, 0.9)}
     lines = {str(line.get_label()): line.get_xydata() for line in axis.get_lines()}
-    assert lines["wanted: 0.8"][:, 1].tolist() == [0.8, 0.8] and lines["reached at 2.5 W"][:, 0].tolist() == [2.5, 2.5]
+    assert lines["target: 0.8"][:, 1].tolist() == [0.8, 0.8] and lines["reached at 2.5 W"][:, 0].tolist() == [2.5, 2.5]
     assert lines["estimate"].tolist() == [[1.0, 0.1], [2.0, 0.5]] and lines["of the search"].tolist() == [[3.0, 0.9]]
     assert axis.get_xlim() == (0.5, 3.5) and axis.get_legend_handles_labels()[1][0] == "95 % confidence"

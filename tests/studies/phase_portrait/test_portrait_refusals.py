@@ -111,7 +111,7 @@ def test_one_state_left_is_advised() -> None:
 def test_keys_that_another_study_leaves_out_are_named(here: Path, wucht: Callable[..., Any]) -> None:
     completed = wucht("run", "drozdetskaya-2020/figure-5.5", "--set", "study.kind=speed-curve")
     assert completed.code == 2
-    assert "what the file says of" in completed.err and "along" in completed.err and "values" in completed.err
+    assert "the values of" in completed.err and "along" in completed.err and "values" in completed.err
     assert "use --set study.along=..." in completed.err
 
 

@@ -223,7 +223,7 @@ def test_one_of_two_exciters() -> None:
     assert first.vibration_torque.values[1:] == pytest.approx(-moments(vibration, w, phases)[:, 0], rel=1e-9, abs=1e-12)
     w = second.speed.values[:-1]
     assert second.vibration_torque.values[:-1] == pytest.approx(moments(vibration, -w, phases)[:, 1], rel=1e-9, abs=1e-12)
-    assert "all rotors are taken to turn as fast as 'other'" in second.attrs["warnings"]
+    assert "all rotors are assumed to turn as fast as 'other'" in second.attrs["warnings"]
 
 
 @pytest.mark.parametrize(

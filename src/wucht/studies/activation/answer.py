@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
+_CLOSED = 1e-6  # a larger energy residual is reported as a warning
 Cell = tuple[str, int, int, int]
 Group = dict[str, Any]
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of an activation; not a number where a run is missing."""
+    """Build the Dataset of an activation, with NaN where a run is missing."""
     done = {(r.of, r.speed, r.orientation, r.phase): findings.done[r.name] for r in plan.runs if r.name in findings.done}
     groups = {of: _groups(plan, done, of) for of in (SWITCHABLE, BALANCED, RIGID)}
     none, length = done.get((NONE, -1, -1, -1)), plan.machine.orbit_unit
@@ -34,7 +34,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_of_groups(plan, groups, none),
         *_of_pendulums(plan),
         Quantity("energy_residual", max((d.energy_residual for d in done.values()), default=None), "largest energy residual"),
-        Quantity("runs", len(done), "number of runs that are done"),
+        Quantity("runs", len(done), "number of completed runs"),
         *_of_runs(plan, done),
         Quantity("none_peak", none and none.peak, "largest amplitude without pendulums", length, ""),
         *_of_curves(plan, done),
@@ -45,11 +45,11 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _of_runs(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
-    """Numbers of each run."""
+    """Quantities of each run."""
     length, every = plan.machine.orbit_unit, "activation_speed orientation phase"
 
     def over(read: Callable[[Done], Any], of: str = SWITCHABLE, kind: type | str = float) -> np.ndarray:
-        """Of each run (speeds, orientations, phases)."""
+        """Array of a reading of each run (speeds, orientations, phases)."""
         shape = len(plan.speeds) if of == SWITCHABLE else 1, len(plan.spec.orientations), len(plan.phases)
         values = np.full(shape, math.nan if kind is float else "", kind)
         for (_, i, j, k), d in ((cell, d) for cell, d in done.items() if cell[0] == of):
@@ -74,7 +74,7 @@ def _of_runs(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
 
 
 def _words(plan: Plan) -> dict[str, tuple[str, str]]:
-    """What the numbers of runs and of groups of them are, and their units."""
+    """Names in words and units of the numbers of runs and of groups of runs."""
     length, speed = plan.machine.orbit_unit, plan.machine.units.speed
     return {
         "activation_speed": ("activation speed", speed),
@@ -96,7 +96,7 @@ def _words(plan: Plan) -> dict[str, tuple[str, str]]:
 
 
 def _of_curves(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
-    """Of none, and of the first phase of each orientation at the first activation speed, of each variant."""
+    """Curves without pendulums, and of the first phase of each orientation at the first activation speed, of each variant."""
     curves = {"without pendulums": done[NONE, -1, -1, -1].curve} if (NONE, -1, -1, -1) in done else {}
     for of, i in ((SWITCHABLE, 0), (BALANCED, -1), (RIGID, -1)):
         for j, angle in enumerate(plan.spec.orientations):
@@ -111,7 +111,7 @@ def _of_curves(plan: Plan, done: dict[Cell, Done]) -> list[Quantity]:
 
 
 def _of_groups(plan: Plan, groups: dict[str, list[Group]], none: Done | None) -> list[Quantity]:
-    """What runs of all phases have in common, of each variant."""
+    """Numbers over the runs of all phases, of each variant."""
     words = _words(plan)
     run = none and {"peak_amplitude": none.peak, "peak_speed": none.peak_speed, "outcome": none.outcome}
     best = min(groups[SWITCHABLE], key=lambda g: float(g["peak_amplitude"]), default=None)
@@ -123,14 +123,14 @@ def _of_groups(plan: Plan, groups: dict[str, list[Group]], none: Done | None) ->
 
 
 def _groups(plan: Plan, done: dict[Cell, Done], of: str) -> list[Group]:
-    """Of a variant those of each activation speed and orientation, as far as runs are done."""
+    """The groups of a variant for each activation speed and orientation with completed runs."""
     speeds = range(len(plan.speeds)) if of == SWITCHABLE else (-1,)
     each = (_group(plan, done, of, i, j) for i in speeds for j in range(len(plan.spec.orientations)))
     return [group for group in each if group]
 
 
 def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> Group | None:
-    """What the runs of all phases have in common; None where none is done."""
+    """Numbers over the runs of all phases; None if no run is completed."""
     runs = [done[cell] for k in range(len(plan.phases)) if (cell := (of, i, j, k)) in done]
     if not runs:
         return None
@@ -157,14 +157,14 @@ def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> Group
 
 
 def _of_pendulums(plan: Plan) -> list[Quantity]:
-    """At which speeds each opens and closes, at each activation speed."""
+    """Speeds at which each pendulum opens and closes, at each activation speed."""
     speed = plan.machine.units.speed
     columns = {
         "opening": ("speeds at which it opens", speed),
         "closing": ("speeds at which it closes", speed),
-        "after_opening": ("speeds with which it turns on once it is open", speed),
+        "after_opening": ("speeds at which it continues once it is open", speed),
         "snaps": ("whether its mass goes from stop to stop", ""),
-        "stays_open": ("whether it stays open then", ""),
+        "stays_open": ("whether it then remains open", ""),
     }
     rows = [
         {"name": name} | {part: [getattr(s, part.removesuffix("_opening")) for s in each] for part in columns}
@@ -188,9 +188,9 @@ def _warnings(plan: Plan, done: dict[Cell, Done]) -> list[str]:
     for name, each in zip(plan.pendulums, zip(*plan.switching, strict=True), strict=True):
         for s in each:
             if s.snaps and not s.stays_open:
-                slower = f"as its mass moves out it slows down from {s.opening:.4g} to {s.after:.4g} rad/s, and it closes"
+                slower = f"as its mass moves out the speed falls from {s.opening:.4g} to {s.after:.4g} rad/s, and it closes"
                 cure = "more frame inertia, less stiffness or a shorter stroke keep it open"
-                warnings.append(f"{name!r} may open and close again and again: {slower} below {s.closing:.4g} rad/s; {cure}")
+                warnings.append(f"{name!r} may open and close repeatedly: {slower} below {s.closing:.4g} rad/s; {cure}")
     closed = sum(not all(d.open_at_end) for (of, *_), d in done.items() if of in (SWITCHABLE, BALANCED))
     if closed:
         warnings.append(f"in {closed} runs not all pendulums are open at the end")

@@ -32,7 +32,7 @@ SWITCHABLE, BALANCED, RIGID, NONE = "switchable", "balanced", "rigid", "none"
 
 @dataclass(frozen=True)
 class Planned:
-    """One run. speed, orientation, phase: which of those of the plan it has, -1 where it has none."""
+    """One run. speed, orientation, phase: their indices in the plan, -1 if it has none."""
 
     name: str
     of: str
@@ -50,7 +50,7 @@ class Planned:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be done. pendulums: by name. switching: of each, at each activation speed. speeds: of the first pendulum."""
+    """The runs to be made. pendulums: by name. switching: of each, at each activation speed. speeds: of the first pendulum."""
 
     spec: Activation
     machine: Machine
@@ -86,7 +86,7 @@ def prepare(spec: Activation, machine: Machine) -> Plan:
             runs += [_planned(spec, of, m, names, (-1, *at[1:]), phases) for m, *at in _each(spec, [others[of]])]
     if NONE in spec.variants:
         runs.append(Planned(NONE, NONE, without_pendulums(machine), spec.start, _settings(spec)))
-    for run in runs[:: spec.phases]:  # what does not fit is refused before anything is computed
+    for run in runs[:: spec.phases]:  # impossible starts are refused before anything is computed
         run.case()
     every = tuple(tuple(switching(m, p) for p in pendulums) for m in machines)
     return Plan(spec, machine, names, every, phases, tuple(runs))
@@ -112,7 +112,7 @@ def _settings(spec: Activation) -> RunSettings:
 def _planned(
     spec: Activation, of: str, machine: Machine, names: tuple[str, ...], at: Sequence[int], phases: tuple[float, ...]
 ) -> Planned:
-    """The run number ``at``: of the activation speed, the orientation, the phase."""
+    """Plan the run with the indices ``at``: of the activation speed, the orientation, the phase."""
     _, j, k = at
     apart, middle = spec.orientations[j], (len(names) - 1) / 2
     angles = {name: phases[k] + (i - middle) * apart for i, name in enumerate(names)}
@@ -120,17 +120,17 @@ def _planned(
 
 
 CURVE = 400  # points of the amplitude over the speed
-_LIFTED, _OUT = 0.01, 0.5  # of the stroke: the mass has left the inner stop; it is open
+_LIFTED, _OUT = 0.01, 0.5  # of the stroke: below, the mass is at the inner stop; beyond, the pendulum is open
 
 
 @dataclass(frozen=True)
 class Done:
-    """What is kept of a run.
+    """Results of a run.
 
-    peak, peak_before, peak_after: the largest amplitude of all, and before and from the first opening on (NaN where none
-    opens). peak_speed: of the rotor there. opened_at: speed of each switchable pendulum as its mass leaves the inner stop, for
-    the first time that it then is open; open_at_end: whether it is. orientation: the angle from the first of them to the second
-    as the first of all opens, in rad. curve: speed of the rotor, and the largest amplitude about it, (2, CURVE).
+    peak, peak_before, peak_after: the largest amplitude of all, before the first opening, and from it on (NaN if none opens).
+    peak_speed: of the rotor at the peak. opened_at: speed of each switchable pendulum as its mass leaves the inner stop before
+    it opens for the first time; open_at_end: whether it is open then. orientation: the angle from the first pendulum to the
+    second as the first of all opens, in rad. curve: speed of the rotor, and the largest amplitude near it, (2, CURVE).
     """
 
     outcome: str
@@ -150,13 +150,13 @@ class Done:
 
 @dataclass(frozen=True)
 class Findings:
-    """Runs by name, as far as they are done."""
+    """The completed runs by name."""
 
     done: dict[str, Done]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Each run is a unit of work."""
+    """Compute the runs, each of which is a unit of work."""
     done: dict[str, Done] = {}
     yield Findings({})
     for k, planned in enumerate(plan.runs):
@@ -201,7 +201,7 @@ def _strokes(machine: Machine, pendulums: tuple[str, ...]) -> dict[str, float]:
 
 
 def _opening(share: np.ndarray) -> int | None:
-    """The last sample at the inner stop before the mass is open for the first time. share: of the stroke (N,)."""
+    """Index of the last sample at the inner stop before the pendulum opens for the first time. share: of the stroke (N,)."""
     is_out = share > _OUT
     if not is_out.any():
         return None
@@ -211,7 +211,7 @@ def _opening(share: np.ndarray) -> int | None:
 def _curve(time: np.ndarray, speed: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     """Speed and amplitude at the largest amplitude of successive parts of the run (2, CURVE).
 
-    The parts are alike in the sum of how far the speed goes in them and how long they take, as shares of the whole run.
+    In all parts the change of the speed and the duration, as shares of those of the whole run, have the same sum.
     """
     gone = np.append(0.0, np.cumsum(np.abs(np.diff(speed))))
     passed = gone / (gone[-1] or 1.0) + (time - time[0]) / ((time[-1] - time[0]) or 1.0)

@@ -14,10 +14,10 @@ from wucht.plots.sheet import draw_panels, legend_beside
 from wucht.plots.style import COLOURS, DASHES, FREE, GREY, line_style
 from wucht.results.formatting import label, printed_unit
 
-RIGID = "rigid"  # as the runs are called in the Dataset
-_OPENING = ("switchable", "balanced")  # runs in which pendulums open
+RIGID = "rigid"  # name of the runs in the Dataset
+_OPENING = ("switchable", "balanced")  # variants whose pendulums open
 
-# By the kind of run; orientations differ by their dashes.
+# By variant; orientations differ by their dashes.
 _MARKS: dict[str, dict[str, Any]] = {
     RIGID: {"marker": "x", "markersize": 4, "markevery": 0.06, "alpha": 0.7},
     "balanced": {"marker": "o", "markersize": 3, "markerfacecolor": "white", "markevery": 0.06},
@@ -25,7 +25,7 @@ _MARKS: dict[str, dict[str, Any]] = {
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """From an activation's Dataset alone: two panels, one where there is but one orientation and one activation speed."""
+    """Draw an activation from its Dataset: two panels, or one for a single orientation and activation speed."""
     several = result.peak.sizes["orientation"] * result.peak.sizes["activation_speed"] > 1
     panels = [_curves, _peaks] if several else [_curves]
     return draw_panels(result, panels, legend_beside, columns=1, heights=2.5)[0]
@@ -42,13 +42,13 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
         axis.plot(result.curve_speed.values[i], amplitudes[i], label=name, color=colour, **look | _MARKS.get(kind, {}))
     first = float(result.activation_speed.values[0])
     if any(name.startswith(_OPENING) for name in names):
-        axis.axvline(first, **FREE, label=f"pendulums open at {first:.4g} rad/s of their own")
+        axis.axvline(first, **FREE, label=f"activation speed {first:.4g} rad/s")
     name_speeds(axis, result, "curve_speed", "x")
     axis.set(ylabel=shown, ylim=(0, None))
 
 
 def _peaks(axis: Axes, result: xr.Dataset) -> None:
-    """Over the orientation; over the activation speed where there is only one orientation."""
+    """Draw the peaks over the orientation; over the activation speed if there is only one orientation."""
     (scale, unit), speeds = printed_unit(result, "peak"), result.activation_speed.values
     degrees, over_speed = np.degrees(result.orientation.values), len(result.orientation) == 1 and len(speeds) > 1
     rows = [result.peak.values[:, 0]] if over_speed else list(result.peak.values)
@@ -71,7 +71,7 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _band(axis: Axes, at: np.ndarray, peaks: np.ndarray, colour: str, dashes: str, name: str) -> None:
-    """Peaks (n, phases): the mean, and between which values they lie."""
+    """Draw peaks (n, phases): their mean and their range."""
     known = np.isfinite(peaks).all(axis=1)
     inside, where = peaks[known], at[known]
     axis.plot(where, inside.mean(axis=1), "o", linestyle=dashes, color=colour, markersize=3.5, linewidth=1.1, label=name)

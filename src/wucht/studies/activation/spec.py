@@ -1,4 +1,4 @@
-"""The question of an activation."""
+"""Spec of the study ``activation``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ORIENTATIONS = tuple(math.pi * k / 4 for k in range(1, 5))
 
 
 class Activation(Spec):
-    """Run up with switchable pendulums: the peak amplitude over their orientation to each other and over where they open."""
+    """Run up with switchable pendulums: the peak amplitude over their relative orientation and over their activation speed."""
 
     kind: ClassVar[str] = "activation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
@@ -34,17 +34,17 @@ class Activation(Spec):
 
     until: float = si("s", "time", gt=0, help="time of each run")
     orientations: Several = si("rad", "orientation", default=_ORIENTATIONS, help=(
-        "angle from each switchable pendulum to the next at the start; at 0 nothing but symmetry keeps equal ones together, "
-        "and rounding decides how that ends"
+        "angle from each switchable pendulum to the next at the start; at 0 only symmetry keeps equal ones together, and "
+        "rounding errors decide the motion"
     ))  # fmt: skip
     phases: Whole = Field(4, ge=1, le=360, description=(
-        "how many mean phases of them to the rotor, evenly over a turn, each orientation is run with"
+        "number of their mean phases to the rotor, evenly spaced over a turn, with which each orientation is run"
     ))  # fmt: skip
     activation_speeds: Several = si("rad/s", "activation speed", default=(), help=(
         'speeds at which the `"switchable"` pendulums open, by their preload; none: as they are'
     ))  # fmt: skip
-    variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, title="what is run up", description=(
-        'what is run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their permanent '
+    variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, title="variants", description=(
+        'variants to run up: the machine with its `"switchable"` pendulums; with these `"balanced"`, without their permanent '
         'unbalances; with the same `"rigid"`, their masses at the outer stops; with `"none"`, their masses on the rotor'
     ))  # fmt: skip
     start: Start = Field(default_factory=dict, description="rest of the initial state")
@@ -52,7 +52,7 @@ class Activation(Spec):
     engine: Engine | None = None
 
     def check(self) -> None:
-        """Speeds above zero, nothing twice, and not too many runs."""
+        """Check that speeds are above zero, that nothing is given twice, and that there are not too many runs."""
         if any(not w > 0 for w in self.activation_speeds):
             raise InputError("study.activation_speeds", list(self.activation_speeds), "must be speeds greater than 0")
         for key in ("orientations", "activation_speeds", "variants"):

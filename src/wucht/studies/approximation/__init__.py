@@ -1,1 +1,1 @@
-"""The study ``approximation``: how far the averaged equations are from the full ones, and whether they may be trusted."""
+"""The study ``approximation``: deviations of the averaged equations from the full ones, and whether they may be trusted."""

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-TRUSTED = 0.05  # of the largest speed up to until_phi: a deviation beyond it is not small
-AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: that of a carrier that starts at rest is not in the averaged equations
-LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is not small enough for the error to fall with it
+TRUSTED = 0.05  # of the largest speed up to until_phi: a larger deviation is not small
+AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: the averaged equations lack the transient of a carrier that starts at rest
+LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is too large for the error to decrease with it
 _DEVIATIONS = ("speed", "amplitude")
 _AS_NUMBER = {True: 1, False: 0, None: -1}
 _ANSWERS = {
@@ -31,13 +31,13 @@ _ANSWERS = {
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """What was compared, the machine's own values last, at the value NaN."""
+    """Build the Dataset of the comparisons, with the nominal machine last, at the value NaN."""
     trusted, reasons = _trusted(plan, findings)
     quantities = [
         *_of_comparisons(plan, findings),
         *_of_summary(plan, findings),
         Quantity("trusted", trusted, "whether the averaged equations may be trusted"),
-        Quantity("reasons", reasons, "why not"),
+        Quantity("reasons", reasons, "reasons against it"),
     ]
     sentence = ": ".join(filter(None, (_ANSWERS[trusted], "; ".join(reasons))))
     warnings = _warnings(plan, findings)
@@ -45,7 +45,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _varied(plan: Plan) -> tuple[str, str]:
-    """What is varied in words, and its unit."""
+    """The varied parameter in words, and its unit."""
     along = plan.spec.along
     if len(along) == 1:
         return plan.machine.parameters[along[0]].called, plan.machine.parameters[along[0]].unit
@@ -53,7 +53,7 @@ def _varied(plan: Plan) -> tuple[str, str]:
 
 
 def _of_comparisons(plan: Plan, findings: Findings) -> list[Quantity]:
-    """The deviations up to ``until_phi``, and the error at each factor of epsilon, where it was measured."""
+    """Deviations up to ``until_phi``, and the error at each factor of epsilon, if it was measured."""
     whose, parts, measured = _speeds_of(plan), _of_each(plan), findings.measured
     speed, length = parts["speed"][1], parts["amplitude"][1]
     shown = [*findings.compared[1:], *findings.compared[:1]]
@@ -68,10 +68,10 @@ def _of_comparisons(plan: Plan, findings: Findings) -> list[Quantity]:
         *(Quantity(f"{name}_deviation", of, *parts[name], "value") for name, of in zip(_DEVIATIONS, largest, strict=True)),
         Quantity("relative_speed_deviation", relative[0], f"relative deviation of the speed of {whose}", "", "value"),
         Quantity("relative_amplitude_deviation", relative[1], "relative deviation of the amplitude", "", "value"),
-        Quantity("same_outcome", same, "whether both end alike (-1: unknown)", "", "value"),
+        Quantity("same_outcome", same, "whether both have the same outcome (-1: unknown)", "", "value"),
         Quantity("outcome", [c.outcome for c in shown], *parts["outcome"], "value"),
         Quantity("slow_outcome", [c.slow_outcome for c in shown], *parts["slow_outcome"], "value"),
-        Quantity("failed", [c.failure for c in shown], "why a run failed", "", "value"),
+        Quantity("failed", [c.failure for c in shown], "reason why a run failed", "", "value"),
         Quantity("speed_over_angle", curves[:, 0], f"deviation of the speed of {whose}", speed, "value angle"),
         Quantity("amplitude_over_angle", curves[:, 1], "deviation of the amplitude", length, "value angle"),
         Quantity("error", error, f"error of the speed of {whose}", speed, "factor"),
@@ -85,26 +85,26 @@ def _of_summary(plan: Plan, findings: Findings) -> list[Quantity]:
     order, nominal = (None, None) if measured is None else (measured.order, measured.nominal)
     deviations = [{key: c.value} | _short(c) for c in others]
     return [
-        Quantity("along", along[0] if len(along) == 1 else list(along), "what is varied"),
+        Quantity("along", along[0] if len(along) == 1 else list(along), "varied parameter"),
         *table("deviations", deviations, "largest deviations at each value", {key: (name, unit)} | parts),
-        Quantity("own", _short(own[0]) if own else None, "largest deviations of the machine as it is", parts=parts),
+        Quantity("own", _short(own[0]) if own else None, "largest deviations of the nominal machine", parts=parts),
         Quantity("disagreement", regions(others), "ranges in which the outcomes differ", unit),
         Quantity("errors", errors, "errors of the averaged equations by factor of epsilon", parts["speed"][1]),
         Quantity("order_of_error", order, "power of epsilon with which the error falls", headline=True),
-        Quantity("nominal_order", nominal, "power of epsilon with which it should fall"),
-        Quantity("speeds_of", _speeds_of(plan), "whose speeds are compared"),
-        Quantity("along_unit", unit, "unit of what is varied"),
+        Quantity("nominal_order", nominal, "power of epsilon with which the error should fall"),
+        Quantity("speeds_of", _speeds_of(plan), "bodies whose speeds are compared"),
+        Quantity("along_unit", unit, "unit of the varied parameter"),
         Quantity("amplitude_unit", parts["amplitude"][1], "unit of amplitudes"),
         Quantity("until_phi", plan.spec.until_phi, "angle of the rotor up to which deviations count", "rad"),
     ]
 
 
 def _of_each(plan: Plan) -> dict[str, tuple[str, str]]:
-    """What the numbers of a comparison are, and their units."""
+    """Names in words and units of the numbers of a comparison."""
     return {
         "speed": (f"largest deviation of the speed of {_speeds_of(plan)}", plan.machine.units.speed),
         "amplitude": ("largest deviation of the amplitude", plan.machine.orbit_unit),
-        "same_outcome": ("whether both end alike", ""),
+        "same_outcome": ("whether both have the same outcome", ""),
         "outcome": ("outcome of the full equations", ""),
         "slow_outcome": ("outcome of the averaged equations", ""),
     }
@@ -121,7 +121,7 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
 
 
 def _speeds_of(plan: Plan) -> str:
-    """Whose speeds are compared, in words."""
+    """The bodies whose speeds are compared, in words."""
     return "the rotor" if plan.machine.rotor in watched(plan.machine) else "the bodies"
 
 
@@ -131,20 +131,20 @@ def _short(c: Comparison) -> dict[str, Any]:
 
 
 def regions(compared: Sequence[Comparison]) -> list[list[float]]:
-    """Ranges of the parameter, from the first to the last value of each row of values with different outcomes."""
+    """Ranges of the parameter with different outcomes, each from its first to its last value."""
     rows = ([c.value for c in row] for differ, row in groupby(compared, lambda c: c.same_outcome is False) if differ)
     return [[row[0], row[-1]] for row in rows]
 
 
 def _trusted(plan: Plan, findings: Findings) -> tuple[bool | None, list[str]]:
-    """Whether the averaged equations may be trusted for the machine as it is, None where not all is known; and why not."""
+    """True if the averaged equations may be trusted for the nominal machine, None if undecided; and the reasons against it."""
     if not findings.complete:
-        return None, ["it was interrupted before this was decided"]
+        return None, ["the study was interrupted before this was decided"]
     own, measured, reasons = findings.compared[0], findings.measured, list[str]()
     if own.same_outcome is False:
-        reasons.append(f"the full equations end {own.outcome}, the slow ones {own.slow_outcome}")
+        reasons.append(f"the full equations end {own.outcome}, the averaged ones {own.slow_outcome}")
     if math.isnan(own.relative[0]):
-        reasons.append("they share no angle")
+        reasons.append("the runs have no angle of the rotor in common")
     limits = {f"the speeds of {_speeds_of(plan)}": TRUSTED, "the amplitudes": AMPLITUDE_TRUSTED}
     for (what, limit), share in zip(limits.items(), own.relative, strict=True):
         if share > limit:
@@ -155,7 +155,7 @@ def _trusted(plan: Plan, findings: Findings) -> tuple[bool | None, list[str]]:
     if reasons:
         return False, reasons
     if own.same_outcome is None:
-        reasons.append("the runs are too short to tell an outcome; give a longer study.until")
+        reasons.append("the runs are too short for an outcome; give a longer study.until")
     if findings.unmeasured:
         reasons.append(f"whether the error falls with epsilon could not be measured: {findings.unmeasured}")
     return None if reasons else True, reasons

@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: a run-up of both models at each value of the parameter, and how they differ."""
+"""Question and machine -> plan -> findings: a run-up of both models at each value of the parameter, and their deviations."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ STRENGTH = "kappa"
 FACTORS = (1.0, 0.5, 0.25, 0.125)
 _SAMPLES = 2000
 _TOLERANCE = 1e-13
-_LONGEST = 20_000.0  # rad: the run at the smallest factor; all others are shorter in proportion
-_DOUBLINGS = 8  # of the time, until the angle is reached: the rotor may start from rest, or stay below its drive's speed
+_LONGEST = 20_000.0  # rad: length of the run at the smallest factor; the others are shorter in proportion
+_DOUBLINGS = 8  # of the time until the angle is reached: the rotor may start from rest, or remain below its drive's speed
 Flows = tuple[CompiledSystem, CompiledSystem]  # of the slow and of the full equations
 
 
 def weakened(machine: Machine, kappa: float) -> Machine:
-    """The machine with epsilon times ``kappa``, which is a parameter of it: the structure is derived once for all values."""
+    """Scale epsilon of a machine by ``kappa``, which becomes a parameter: the equations are derived once for all values."""
     given = Parameter(STRENGTH, kappa, "", STRENGTH, "factor of epsilon")
-    own = machine.without_contacts  # which stay as hard as they are
+    own = machine.without_contacts  # contacts remain as stiff as they are
     energies = (*(_weakened(machine, e, sp.Symbol(given.path, real=True)) for e in own), *machine.energies[len(own) :])
     return machine.changed(energies=energies, parameters={**machine.parameters, STRENGTH: given}, mismatch=None)
 
 
 def values_at(machine: Machine, kappa: float) -> dict[str, float]:
-    """The values of ``weakened(machine, 1.0)`` for another ``kappa``.
+    """Parameter values of ``scale_epsilon(machine, 1.0)`` for another ``kappa``.
 
-    A prescribed motion turns a body by the coupling alone, once: its amplitude is multiplied by sqrt(kappa) too.
+    A prescribed motion acts on a body once, by the coupling alone: its amplitude is multiplied by sqrt(kappa) too.
     """
     amplitudes = machine.shaking[:1] if machine.shaking is not None else ()
     return {STRENGTH: kappa} | {a.name: math.sqrt(kappa) * machine.numbers[a] for a in amplitudes}
@@ -69,7 +69,7 @@ def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
         potential = sp.Add(*(kappa * t if t.free_symbols & angles else t for t in terms))
 
     def weak(expression: sp.Expr) -> sp.Expr:
-        """Times kappa what one body alone feels; dampers between two bodies, and those of the carrier, stay."""
+        """Multiply forces on a single body by kappa; dampers between two bodies, and those of the carrier, remain."""
         return expression * kappa if sum(expression.has(v) for v in every) == 1 else expression
 
     applied = (replace(a, force=a.force * kappa if a.booked == "supplied" else weak(a.force)) for a in e.applied)
@@ -77,14 +77,14 @@ def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
 
 
 class UnmeasuredError(WuchtError):
-    """Why the order cannot be measured."""
+    """The order cannot be measured, with the reason."""
 
 
 @dataclass(frozen=True)
 class Errors:
-    """factors: of epsilon (n,). speed: the largest error of the speeds that are ``watched`` (n,), up to ``until_phi`` over it.
+    """Errors. factors: of epsilon (n,). speed: largest error of the compared speeds (n,), up to ``until_phi`` over the factor.
 
-    nominal: the power of epsilon with which it should fall.
+    nominal: the power of epsilon with which the error should fall.
     """
 
     factors: np.ndarray
@@ -93,25 +93,25 @@ class Errors:
 
     @property
     def order(self) -> float:
-        """The slope of log error over log epsilon between the two smallest; infinite where nothing differs."""
+        """The slope of log error over log epsilon between the two smallest factors; infinite without an error."""
         if not self.speed[-1] > 0:
             return math.inf
         return float(np.log(self.speed[-2] / self.speed[-1]) / np.log(self.factors[-2] / self.factors[-1]))
 
 
 def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
-    """The errors at ``FACTORS`` of epsilon, a unit of work each.
+    """Compute the errors at ``FACTORS`` of epsilon, a unit of work each.
 
-    The slow motion starts as the run-up does, the full one on the motion that belongs to it: so what is measured is the error
-    of the equations, not that of what the start leaves out. Over an angle phi/factor the slow motion is about the same.
-    Raises ``UnmeasuredError`` where a run fails, the rotor does not turn far enough, or schedules go on.
+    The slow motion starts as the run-up does, the full one on the motion that corresponds to it: so the error is that of the
+    equations, without the transient of the start. Over an angle phi/factor the slow motion is about the same.
+    Raises ``UnmeasuredError`` if a run fails, the rotor does not turn far enough, or the machine has schedules.
     """
     if machine.schedules:
-        raise UnmeasuredError("schedules have a time of their own, which does not become slower with epsilon")
+        raise UnmeasuredError("the times of schedules do not scale with epsilon")
 
     @cache
     def compiled() -> tuple[SlowModel, Flows]:
-        """Derived and compiled once for all factors, and only where one is not read back."""
+        """Derive and compile the equations once for all factors, and only if a result is not stored already."""
         full = weakened(machine, 1.0)
         slow = slow_model(full, initial_state(machine, spec.start), spec.inertia, spec.order)
         systems = slow.system, replace(full.system, quadratures=(), outputs=())
@@ -135,16 +135,16 @@ def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
 
 
 def nominal(machine: Machine, order: int) -> float:
-    """The power of epsilon with which the error falls.
+    """The power of epsilon with which the error should fall.
 
-    Bodies that nothing damps against each other librate with sqrt(epsilon), which is their small parameter: half the order.
+    Bodies without damping between them librate with sqrt(epsilon), which is their small parameter: half the order.
     """
     free = [r for r in machine.rotors if r.coordinate.prescribed is None]
     return order if len(free) < 2 and damped(machine) else order / 2
 
 
 def _largest(model: SlowModel, flows: Flows, until_phi: float, work: Work) -> float:
-    """The largest error of the speeds that are ``watched``, up to an angle of the rotor. Raises ``UnmeasuredError``."""
+    """The largest error of the compared speeds up to an angle of the rotor. Raises ``UnmeasuredError``."""
     machine, initial = model.machine, model.initial
     rows = [machine.row(b.coordinate.velocity) for b in watched(machine) if b.coordinate.prescribed is None]
     if not rows:
@@ -169,21 +169,21 @@ def _largest(model: SlowModel, flows: Flows, until_phi: float, work: Work) -> fl
 def _complete(
     which: str, flow: CompiledSystem, initial: np.ndarray, values: Sequence[float], time: np.ndarray, work: Work
 ) -> Trajectory:
-    """A run over all times (N,). Raises ``UnmeasuredError`` where it fails; Ctrl-C, which it stores, is raised again."""
+    """Integrate over all times (N,). Raises ``UnmeasuredError`` if that fails; a stored Ctrl-C is raised again."""
     run = integrate(flow, initial, values, time, lambda t: work.report(t / time[-1])).uninterrupted()
     if run.failure:
         raise UnmeasuredError(f"the {which} equations fail: {run.failure}")
     return run
 
 
-OWN = math.nan  # in place of a value of the parameter: the machine as it is
+OWN = math.nan  # in place of a value of the parameter: the nominal machine
 _DECADE = 10.0
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be compared. values: of the parameter, or the factor of several; the first is ``OWN``. cases: a run-up of both
-    models at each of them."""
+    """The comparisons to be made. values: of the parameter, or the factor of several; the first is ``NOMINAL_VALUE``. cases: a
+    run-up of both models at each of them."""
 
     spec: Approximation
     machine: Machine
@@ -203,14 +203,14 @@ def prepare(spec: Approximation, machine: Machine) -> Plan:
 
 
 def changes_at(machine: Machine, along: Sequence[str], value: float) -> Mapping[str, float]:
-    """The parameters that are other than the machine's own, by path: one has the value, of several it is a factor."""
+    """Changed parameters by path: a single one has the value, several are multiplied by it."""
     if math.isnan(value):
         return {}
     return {path: value if len(along) == 1 else value * machine.values[path] for path in along}
 
 
 def _values(spec: Approximation, machine: Machine) -> tuple[float, ...]:
-    """In increasing order."""
+    """The values in increasing order."""
     along = [parameter_of(machine, path) for path in spec.along]
     unit = Unit(along[0].unit, along[0].what) if len(along) == 1 else Unit("", "factor")
     if spec.values:
@@ -227,7 +227,8 @@ def _values(spec: Approximation, machine: Machine) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class Findings:
-    """compared: the machine as it is, then each value in order. unmeasured: why there is no order of the error."""
+    """Comparisons so far. comparisons: of the nominal machine, then of each value in order. unmeasured_reason: why the order of
+    the error is missing."""
 
     compared: tuple[Comparison, ...] = ()
     measured: Errors | None = None
@@ -235,12 +236,12 @@ class Findings:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is left to be done."""
+        """True if nothing is left to be computed."""
         return self.measured is not None or bool(self.unmeasured)
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Compare and measure; the findings after each comparison."""
+    """Compare the models and measure the error; yield the findings after each comparison."""
     findings, count = Findings(), len(plan.cases) + 1
     yield findings
     for k in range(len(plan.cases)):
@@ -261,11 +262,11 @@ CURVE = 400  # samples of a curve over the rotor's angle
 
 @dataclass(frozen=True)
 class Comparison:
-    """What became of both models. value: of the parameter, NaN for the machine's own.
+    """Comparison of the runs of both models. value: of the parameter, NaN for the nominal machine.
 
-    largest: deviations of speed (of those ``watched``) and amplitude up to ``until_phi``, NaN where the runs have nothing in
+    largest: deviations of the compared speeds and of the amplitude up to ``until_phi``, NaN if the runs have no angle in
     common. relative: the same, relative to the largest speed and the largest distance of the axis of the full run up to there.
-    curves (2, CURVE): their magnitudes over the rotor's angle. failure: a sentence, where one of the runs failed.
+    curves (2, CURVE): their magnitudes over the rotor's angle. failure: a sentence, if one of the runs failed.
     """
 
     value: float
@@ -278,7 +279,7 @@ class Comparison:
 
     @property
     def same_outcome(self) -> bool | None:
-        """Whether both end alike; None where a run was not long enough to tell."""
+        """True if both have the same outcome; None if a run was too short for one."""
         if Outcome.UNIDENTIFIED in (self.outcome, self.slow_outcome) and not self.failure:
             return None
         return self.outcome == self.slow_outcome and not self.failure
@@ -290,8 +291,8 @@ def angles(until_phi: float) -> np.ndarray:
 
 
 def comparison(plan: Plan, k: int, work: Work) -> Comparison:
-    """Run both models of the k-th case. Raises ``KeyboardInterrupt`` where the user has asked to stop."""
-    # What is remembered is the comparison: the legs of its two runs would be some ten megabytes each time.
+    """Run both models of the k-th case. Raises ``KeyboardInterrupt`` if the user interrupts."""
+    # Only the comparison is stored: the legs of its two runs would take some ten megabytes each time.
     [motions] = deque(run_up(plan.cases[k], work.unkept), maxlen=1)
     failure = "; ".join(m.trajectory.failure for m in motions if m.trajectory.failure)
     outcome, slow_outcome, *_ = [*(str(m.verdict.outcome) for m in motions), str(Outcome.FAILED)]

@@ -16,15 +16,15 @@ from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
 
-_SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
+_SMALLEST = 1e-6  # of the largest deviation: lower limit of the scale
 _MOST_NAMED = 9
-# By whether the outcome is the same; -1: there is none yet.
+# 1: the outcomes agree; 0: they differ; -1: there is none yet.
 _OUTCOMES = {1: ("o", COLOURS[0], "same outcome"), 0: ("s", "white", "outcomes differ"), -1: ("X", GREY, "no outcome yet")}
 _LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 1.6, "zorder": 1}
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
+    """Draw the deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
     varied, measured = bool(np.isfinite(result.value.values).any()), result.wucht.summary["order_of_error"] is not None
     drawn, (speed, amplitude, *rest) = new_grid(2 + varied + measured, result.attrs["title"], result.attrs["sentence"])
     _over_angle(speed, result, "speed_over_angle")
@@ -41,7 +41,7 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
     scale, unit = printed_unit(result, name)
     values, own = scale * result[name].values, len(result.value) - 1
     for k, value in enumerate(result.value.values):
-        shown = f"{value:.4g} {result.value.attrs['units']}".rstrip() if np.isfinite(value) else "as it is"
+        shown = f"{value:.4g} {result.value.attrs['units']}".rstrip() if np.isfinite(value) else "nominal"
         appearance = {"color": "#000000", "linewidth": 1.4} if k == own else line_style(k)
         axis.plot(result.angle.values, values[k], label=shown if k < _MOST_NAMED or k == own else None, **appearance)
     largest = float(np.nanmax(values, initial=0.0))
@@ -54,7 +54,7 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
 
 
 def _criterion(axis: Axes, result: xr.Dataset, of: str) -> None:
-    """What the averaged equations may miss at most, for this machine: the last value."""
+    """Draw the largest acceptable deviation of the averaged equations for this machine, the last value."""
     shares = {of: result.attrs.get(f"trusted_{of}", 0.0) for of in ("speed", "amplitude")}
     for limit in shares[of] * _largest(result, of)[-1:]:  # none before the first run
         if limit > 0:
@@ -68,7 +68,7 @@ def _share_of(share: float, of: str) -> str:
 
 
 def _largest(result: xr.Dataset, of: str) -> np.ndarray:
-    """Of the full run at each value: a deviation over its share."""
+    """Largest value of the full run at each value of the parameter: a deviation over its share."""
     with np.errstate(all="ignore"):
         return np.asarray(result[f"{of}_deviation"].values / result[f"relative_{of}_deviation"].values)
 
@@ -105,6 +105,6 @@ def _order(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _numbers(ticks: Axis) -> None:
-    """Of a logarithmic scale that may be shorter than a decade."""
+    """Format the ticks of a logarithmic scale that may be shorter than a decade."""
     ticks.set_major_formatter(lambda value, _position: f"{value:g}")
     ticks.set_minor_formatter(lambda value, _position: f"{value:g}" if f"{value:e}"[0] in "25" else "")

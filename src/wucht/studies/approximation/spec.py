@@ -1,4 +1,4 @@
-"""The question of an approximation: 002, 5.6."""
+"""Spec of the study ``approximation``: 002, 5.6."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _paths(given: Any) -> Any:
 
 
 class Approximation(Spec):
-    """Run-ups of both models, at the machine's own values and over the range of a parameter."""
+    """Run-ups of both models, at the machine's nominal values and over the range of a parameter."""
 
     kind: ClassVar[str] = "approximation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
@@ -68,7 +68,7 @@ class Approximation(Spec):
     engine: Engine | None = None
 
     def check(self) -> None:
-        """What is varied is given once: by a range, or by values."""
+        """Check that the parameter is varied once: by a range, or by values."""
         given = [key for key in _OF_ALONG if key in self.model_fields_set]
         if not self.along:
             if given:
@@ -81,14 +81,14 @@ class Approximation(Spec):
                 raise InputError("study.values", None, "give either values, or range with points and spacing")
         elif self.range is None:
             raise InputError(
-                "study.range", None, "this key is missing; needed is a pair [low, high] of the parameter", code="missing"
+                "study.range", None, "this key is missing; it must be a pair [low, high] of the parameter", code="missing"
             )
         if not 2 <= self.points <= MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {MOST_POINTS}")
 
     @property
     def settings(self) -> RunSettings:
-        """How both models are run up."""
+        """Settings of the run-ups of both models."""
         return RunSettings(
             self.until, model="both", inertia=self.inertia, order=self.order, tolerance=self.tolerance, engine=self.engine
         )

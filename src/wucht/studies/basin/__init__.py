@@ -1,1 +1,1 @@
-"""The study ``basin``: what becomes of the machine, over two start states or parameters."""
+"""The study ``basin``: outcomes of a machine over two start states or parameters."""

@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 _NOT_COMPUTED = "not-computed"
-_MOST_FAILURES = 3  # named one by one
+_MOST_FAILURES = 3  # listed individually
 _HEADLINES = ("compensated", "passed", "captured", "captured-modulated")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a map.
+    """Build the Dataset of a map.
 
     Its dimensions have the names of the axes, such as psi and delta. With refined borders it has all variables once more on the
-    finer cells (``refined_outcome``), where each part of a coarser cell has what that one has.
+    finer cells (``refined_outcome``), where the parts of a coarser cell inherit its values.
     """
     base, last = findings.levels[0], findings.last
     quantities = _of_level(plan, base, "")
@@ -47,10 +47,10 @@ def _axes(plan: Plan, prefix: str) -> list[str]:
 
 
 def _of_level(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
-    """Coordinates and variables of a map."""
+    """Coordinates and variables of a map on one level."""
     names, units = _axes(plan, prefix), plan.machine.units
     cells, length = " ".join(reversed(names)), plan.machine.orbit_unit
-    of_mean = ", without ripple" if plan.spec.model == "slow" else ""  # that of the averaged vibration
+    of_mean = ", without ripple" if plan.spec.model == "slow" else ""  # the amplitude of the averaged vibration
     flags = {
         "flag_values": np.array([MISSING, *range(len(OUTCOMES))], np.int8),
         "flag_meanings": " ".join([_NOT_COMPUTED, *OUTCOMES]),
@@ -63,7 +63,7 @@ def _of_level(plan: Plan, level: Level, prefix: str) -> list[Quantity]:
         Quantity(f"{prefix}outcome", level.outcome, "outcome", "", cells, attributes=flags),
         Quantity(f"{prefix}settling_time", level.settling_time, "settling time", units.time, cells),
         Quantity(f"{prefix}peak_amplitude", level.peak_amplitude, f"peak amplitude{of_mean}", length, cells),
-        Quantity(f"{prefix}end_time", level.end_time, "time until which the motion was followed", units.time, cells),
+        Quantity(f"{prefix}end_time", level.end_time, "time until which the motion was integrated", units.time, cells),
     ]
 
 
@@ -81,16 +81,16 @@ def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("axes", axes, "axes of the map"),
         Quantity("model", plan.spec.model, "equations"),
         Quantity("fractions", levels[-1]["fractions"], "shares of the map by outcome", headline=_HEADLINES),
-        Quantity("uncertainty", levels[-1]["uncertainty"], "by how much the shares may be off, in 19 of 20 cases"),
-        Quantity("bound", levels[-1]["bound"], "by how much the shares are off at most, of borders that the map resolves"),
+        Quantity("uncertainty", levels[-1]["uncertainty"], "uncertainty of the shares, in 19 of 20 cases"),
+        Quantity("bound", levels[-1]["bound"], "largest error of the shares if the map resolves the borders"),
         Quantity("missing", levels[-1]["missing"], "share of the map that is not computed"),
         Quantity("runs", last.total_runs, "number of runs"),
         Quantity("runs_of_dense_map", finest[0] * finest[1], "number of cells of the finest map"),
-        Quantity("levels", levels, "the same on each level of refinement"),
-        Quantity("until", plan.spec.until, "time until which each motion is followed", time),
-        Quantity("followed", followed, "least and greatest time until which motions of an outcome were followed", time),
+        Quantity("levels", levels, "shares on each level of refinement"),
+        Quantity("until", plan.spec.until, "time until which each motion is integrated", time),
+        Quantity("followed", followed, "least and greatest time until which motions of an outcome were integrated", time),
         Quantity("failures", failures, "number of runs that failed"),
-        Quantity("integration", plan.way, "how the motions are integrated"),
+        Quantity("integration", plan.way, "method of integration"),
         Quantity("amplitude_unit", plan.machine.orbit_unit, "unit of amplitudes"),
         Quantity("time_unit", time, "unit of times"),
     ]
@@ -101,7 +101,7 @@ def _where(level: Level, outcome: Outcome) -> np.ndarray:
 
 
 def _shares(plan: Plan, level: Level) -> dict[str, Any]:
-    """Of the outcomes on one level, with their uncertainty."""
+    """Shares of the outcomes on one level, with their uncertainty."""
     present = [OUTCOMES[k] for k in np.unique(level.outcome) if k != MISSING]
     inside = {str(name): _where(level, name) for name in present}
     return {
@@ -133,8 +133,8 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         low, high = (f"{f(last.end_time[unknown]):.4g}" for f in (np.min, np.max))
         unit = f" {plan.machine.units.time}" if plan.machine.units.time else ""
         until = f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
-        longer = "; a longer study.until may tell" if plan.spec.until is not None else ""
-        warnings.append(f"{100 * share(unknown):.3g} % of the map are unidentified, followed until {until}{longer}")
+        longer = "; a longer study.until may identify them" if plan.spec.until is not None else ""
+        warnings.append(f"{100 * share(unknown):.3g} % of the map are unidentified, integrated until {until}{longer}")
     failures = [
         (level, int(t.cells[m]), why) for level in findings.levels for t in level.tiles for m, why in t.members.failures
     ]
@@ -159,7 +159,7 @@ def report(result: xr.Dataset) -> list[str]:
     lines = [("map", f"{first} cells over {' and '.join(s['axes'])}{halved}"), ("runs", _runs(s))]
     if s["fractions"]:
         largest = 100 * max(s["bound"].values())
-        lines.append(("shares", f"± holds in 19 of 20 cases; borders that the map resolves are off by {largest:.2g} % at most"))
+        lines.append(("shares", f"± holds in 19 of 20 cases; at most {largest:.2g} % if the map resolves the borders"))
     if len(levels) > 1:
         for k, name in enumerate(s["fractions"]):
             each = ", ".join(f"{100 * level['fractions'].get(name, 0.0):.4g} %" for level in levels)
@@ -168,7 +168,7 @@ def report(result: xr.Dataset) -> list[str]:
     if _UNIDENTIFIED in s["fractions"]:
         low, high = (f"{t:.4g}" for t in s["followed"][_UNIDENTIFIED])
         until = (low if low == high else f"{low} to {high}") + (f" {s['time_unit']}" if s["time_unit"] else "")
-        lines.append(("unidentified", f"{100 * s['fractions'][_UNIDENTIFIED]:.3g} % of the map, followed until {until}"))
+        lines.append(("unidentified", f"{100 * s['fractions'][_UNIDENTIFIED]:.3g} % of the map, integrated until {until}"))
     if s["failures"]:
         lines.append(("failed", f"{s['failures']} run{'s' if s['failures'] > 1 else ''}: see the warnings"))
     return in_lines(result, s["sentence"] or "nothing is computed yet", lines)
@@ -177,4 +177,4 @@ def report(result: xr.Dataset) -> list[str]:
 def _runs(s: dict[str, Any]) -> str:
     if s["runs"] == s["runs_of_dense_map"]:
         return str(s["runs"])
-    return f"{s['runs']}, where one in each cell of the finest map would be {s['runs_of_dense_map']}"
+    return f"{s['runs']}, instead of {s['runs_of_dense_map']} with one in each cell of the finest map"

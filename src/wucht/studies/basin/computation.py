@@ -22,13 +22,13 @@ from wucht.machines.machine import Machine
 from wucht.studies.basin.spec import Basin
 from wucht.studies.spec import Value
 
-VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; its axes have other names
-_WHOLE_TURN = 1e-4  # of a period: so nearly an axis that goes round is taken to close
+VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; axes must have other names
+_WHOLE_TURN = 1e-4  # of a period: tolerance within which an axis over whole turns is periodic
 
 
 @dataclass(frozen=True)
 class Axis(Varied):
-    """low, high: its ends, in SI. cells: of the coarsest map."""
+    """An axis of a map. low, high: its ends, in SI. cells: of the coarsest map."""
 
     low: float
     high: float
@@ -36,7 +36,7 @@ class Axis(Varied):
 
     @property
     def periodic(self) -> bool:
-        """Whether its last cell is beside its first: an angle over whole turns."""
+        """True if the last cell is adjacent to the first: an angle over whole turns."""
         if self.state is None or self.state.period is None:
             return False
         turns = (self.high - self.low) / self.state.period
@@ -44,17 +44,17 @@ class Axis(Varied):
 
     @property
     def angle(self) -> bool:
-        """Whether it is an angle."""
+        """True if the axis is an angle."""
         return self.unit == "rad" or (self.state is not None and self.state.period is not None)
 
     def centres(self, halvings: int = 0) -> np.ndarray:
-        """The centres (cells 2^halvings,) of its cells."""
+        """The centres (cells 2^halvings,) of the cells."""
         count = self.cells * 2**halvings
         return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
 
 
 def axis_of(machine: Machine, name: str, given: tuple[Value, Value, int]) -> Axis:
-    """An axis by its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
+    """Build an axis from its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
     key = f"axes.{name}"
     if name.removeprefix("refined_") in VARIABLES:
         raise InputError(f"study.{key}", name, "not allowed: a variable of the result has this name; rename the body")
@@ -63,12 +63,12 @@ def axis_of(machine: Machine, name: str, given: tuple[Value, Value, int]) -> Axi
     return Axis(one.name, one.state, one.what, one.unit, low, high, given[2])
 
 
-_PROBES = 64  # cells that are looked at before the first run
+_PROBES = 64  # cells that are checked before the first run
 
 
 @dataclass(frozen=True)
 class Plan:
-    """axes: over x and over y. question: what is asked of the run in each cell. way: how the runs are integrated, in words."""
+    """Plan of a map. axes: over x and over y. question: for the run in each cell. way: method of integration, in words."""
 
     spec: Basin
     machine: Machine
@@ -79,17 +79,17 @@ class Plan:
 
     @property
     def periodic(self) -> tuple[bool, bool]:
-        """Whether rows and columns of the map close."""
+        """Periodicity of the map along y and x."""
         return self.axes[1].periodic, self.axes[0].periodic
 
     def shape(self, halvings: int) -> tuple[int, int]:
-        """Of the map (y, x)."""
+        """Shape of the map (y, x)."""
         return self.axes[1].cells * 2**halvings, self.axes[0].cells * 2**halvings
 
     def starts(self, halvings: int, cells: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """The states (n, M) in which the runs of some cells (M,) of a map begin, and the values (M,) of each parameter.
+        """Initial states (n, M) of the runs in some cells (M,) of a map, and the values (M,) of each parameter.
 
-        cells: their numbers, row by row. Raises ``InputError`` for a value that the machine does not allow.
+        cells: numbered row by row. Raises ``InputError`` for a value that the machine does not allow.
         """
         rows, columns = np.divmod(cells, self.shape(halvings)[1])
         places = np.array([axis.centres(halvings)[of] for axis, of in zip(self.axes, (columns, rows), strict=True)])
@@ -113,26 +113,26 @@ def prepare(spec: Basin, machine: Machine) -> Plan:
 
 
 def _left_out(plan: Plan) -> tuple[str, ...]:
-    """What the averaged equations leave out.
+    """Warnings about the effects that the averaged equations omit.
 
-    Raises ``InputError`` where there are none, where nothing would turn, and where a cell has what the machine does not allow.
+    Raises ``InputError`` if there are no such equations, if nothing would turn, and if a cell has a forbidden value.
     """
     rows, columns = plan.shape(0)
-    corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]  # what is not allowed is not allowed in a corner
+    corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]  # a forbidden value occurs in a corner
     cells = np.unique([*corners, *np.linspace(0, rows * columns - 1, _PROBES).astype(int)])
     none = impossible(plan.machine, *plan.starts(0, cells))
     place = plan.place(int(next((c for m, c in enumerate(cells) if m not in none), 0)))
     return left_out(plan.question, plan.spec.start, plan.axes, place)
 
 
-MISSING = -1  # the label of a cell that was not run yet
-_TILE, _ALONE = 3968, 256  # runs: a unit of work, where they are integrated in batches and one by one
-_FIRST_ROUND = 0.9  # of the runs on one level, so far as can be told before
+MISSING = -1  # label of a cell that has not been run yet
+_TILE, _ALONE = 3968, 256  # runs in a unit of work, integrated in batches and one by one
+_FIRST_ROUND = 0.9  # estimated share of the first round in the runs on one level
 
 
 @dataclass(frozen=True)
 class Tile:
-    """Runs: of cells (M,), numbered row by row, what became of each."""
+    """Outcomes of the runs in some cells (M,), numbered row by row."""
 
     cells: np.ndarray
     members: MemberOutcomes
@@ -140,10 +140,10 @@ class Tile:
 
 @dataclass(frozen=True)
 class Level:
-    """A map whose cells were halved so often, as far as it is computed.
+    """A map after ``halvings`` halvings of its cells, as far as it is computed.
 
-    shape: (y, x). coarser: the map before, whose cells hand down what they have where none was run. asked: the cells that are
-    run, numbered row by row. tiles: those that were.
+    shape: (y, x). coarser: the preceding map, from which cells without a run inherit their values. requested_cells: the cells
+    to be run, numbered row by row. tiles: those that have been run.
     """
 
     halvings: int
@@ -154,49 +154,49 @@ class Level:
 
     @property
     def runs(self) -> int:
-        """How many."""
+        """Number of runs on this level."""
         return sum(len(t.cells) for t in self.tiles)
 
     @property
     def total_runs(self) -> int:
-        """Of this map and of all before."""
+        """Number of runs on this and all coarser levels."""
         return self.runs + (self.coarser.total_runs if self.coarser is not None else 0)
 
     @property
     def finished(self) -> bool:
-        """Whether all cells asked for were run."""
+        """True if all requested cells have been run."""
         return self.runs == len(self.asked)
 
     @cached_property
     def outcome(self) -> np.ndarray:
-        """The place of each cell's outcome in ``OUTCOMES`` (y, x), ``MISSING`` where it is not computed."""
+        """Index of each cell's outcome in ``OUTCOMES`` (y, x), ``MISSING`` where it is not computed."""
         return self._of("outcome", np.int8, MISSING)
 
     @cached_property
     def settling_time(self) -> np.ndarray:
-        """(y, x), nan where it has not settled or is not computed."""
+        """Settling times (y, x), NaN where the run has not settled or is not computed."""
         return self._of("settling_time", float, np.nan)
 
     @cached_property
     def peak_amplitude(self) -> np.ndarray:
-        """(y, x), nan where it is not computed."""
+        """Peak amplitudes (y, x), NaN where they are not computed."""
         return self._of("peak_amplitude", float, np.nan)
 
     @cached_property
     def end_time(self) -> np.ndarray:
-        """How far the run was followed (y, x), nan where it is not computed."""
+        """Times until which the runs were integrated (y, x), NaN where they are not computed."""
         return self._of("end_time", float, np.nan)
 
     @cached_property
     def halvings_of(self) -> np.ndarray:
-        """On which level (y, x) each cell's run was made, ``MISSING`` where it is not computed."""
+        """Level (y, x) on which each cell's run was made, ``MISSING`` where it is not computed."""
         own = self._blank("halvings_of", np.int8, MISSING)
         for tile in self.tiles:
             own[tile.cells] = self.halvings
         return own.reshape(self.shape)
 
     def _blank(self, name: str, kind: type, nothing: float) -> np.ndarray:
-        """What is handed down, without the cells that are run."""
+        """Values inherited from the coarser level, blank in the cells that are run."""
         own = np.full(self.shape, nothing, kind) if self.coarser is None else halved(getattr(self.coarser, name))
         flat: np.ndarray = own.ravel()
         flat[self.asked] = nothing
@@ -211,13 +211,13 @@ class Level:
 
 @dataclass(frozen=True)
 class Findings:
-    """The map of the level that was reached; those before are in it."""
+    """The map of the current level, which contains the coarser ones."""
 
     last: Level
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """All, the coarsest first."""
+        """All levels, the coarsest first."""
         level, levels = self.last, [self.last]
         while level.coarser is not None:
             level = level.coarser
@@ -226,7 +226,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The map after each tile."""
+    """Compute the map; yield it after each tile."""
     shape, share = plan.shape(0), _shares(plan.spec.refine)
     level = Level(0, shape, None, np.arange(shape[0] * shape[1]))
     for halvings in range(plan.spec.refine + 1):
@@ -234,7 +234,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         if halvings:
             asked = halved(cells_to_halve(level.outcome, plan.periodic, halvings == 1))
             level = Level(halvings, plan.shape(halvings), level, np.flatnonzero(asked))
-        begin, rounds = 0.0, 0  # of this level: the cells asked for at first, then those that turn out to lie at a border
+        begin, rounds = 0.0, 0  # of this level: first the requested cells, then those that turn out to lie at a border
         while not level.finished:
             end = begin + _FIRST_ROUND * (1 - begin) if halvings else 1.0
             for further in _completed(plan, level, part.part(f"round {rounds}", begin, end)):
@@ -247,14 +247,14 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _shares(refine: int) -> list[tuple[float, float]]:
-    """Which share of the work each level is: a border twice as finely resolved has twice as many cells."""
+    """Share of each level in the work: a border twice as finely resolved has twice as many cells."""
     sizes = np.array([1.0, *(2.0 ** (k - 2) for k in range(1, refine + 1))])
     ends = np.concatenate([[0.0], np.cumsum(sizes) / sizes.sum()]).tolist()
     return list(pairwise(ends))
 
 
 def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
-    """The level after each tile of the cells that were asked and not run yet, in whatever order they come."""
+    """Run the remaining requested cells; yield the level after each tile, in any order."""
     left = level.asked[level.runs :]
     what = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
     size = _TILE if why_one_by_one(plan.question) is None else _ALONE
@@ -267,7 +267,7 @@ def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
 
 
 def run_cells(plan: Plan, halvings: int, cells: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
-    """What becomes of the runs of some cells (M,) of a map, by their numbers."""
+    """Compute the outcomes of the runs in some cells (M,) of a map, given by their numbers."""
     starts, values = plan.starts(halvings, cells)
 
     def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
@@ -277,7 +277,7 @@ def run_cells(plan: Plan, halvings: int, cells: np.ndarray, report: Callable[[fl
 
 
 def _followed(plan: Plan, level: Level) -> Level:
-    """A level whose cells asked for were all run, with those asked for besides that lie at a border and were handed down."""
+    """Request in addition the cells of a complete level that lie at a border and only have inherited values."""
     run_ = level.halvings_of == level.halvings
     more = np.flatnonzero(left_at_border(level.outcome, run_, plan.periodic))
     return replace(level, asked=np.concatenate([level.asked, more])) if len(more) else level

@@ -16,8 +16,8 @@ from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import GREY
 from wucht.results.formatting import named, percent, printed_unit, with_unit
 
-# Of each outcome colour (Okabe and Ito's, lightened or darkened so that those that are often neighbours differ in grey too)
-# and hatch.
+# Colour and hatch of each outcome (Okabe and Ito's colours, lightened or darkened so that frequent neighbours differ in grey
+# too).
 _LOOKS = {
     "compensated": ("#5FAEDF", "//"), "passed": ("#D9EFC9", ".."), "captured": ("#F5C04A", ""),
     "captured-modulated": ("#C24E00", "\\\\"), "balancer-captured": ("#9A5B84", "xx"), "entrained": ("#0072B2", "//"),
@@ -27,12 +27,12 @@ _LOOKS = {
 }  # fmt: skip
 _DARK = {"#C24E00", "#9A5B84", "#0072B2", "#009E73", "#404040", "#7F7F7F", "#6B1F00", "#000000"}
 _NOT_COMPUTED, _BLANK = "not computed", "#EFEFEF"
-_HATCHED = 512  # points a side
+_HATCHED = 512  # points per side
 _SCALE = "viridis"
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """The plane of both axes three times, from the Dataset alone; where the borders are refined, the refined map."""
+    """Draw three maps over both axes from the Dataset alone; the refined map if the borders are refined."""
     prefix = "refined_" if "refined_outcome" in result else ""
     s = result.wucht.summary
     below = f"{' x '.join(map(str, s['levels'][-1]['cells']))} cells, {s['runs']} runs"
@@ -48,7 +48,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
-    """The map of outcomes; what is what, with its share of the map."""
+    """Draw the map of outcomes; return legend entries with the share of each outcome."""
     s, variable = result.wucht.summary, result[f"{prefix}outcome"]
     fractions, off = s["fractions"], s["uncertainty"]
     flags = dict(zip(np.asarray(variable.flag_values).tolist(), str(variable.flag_meanings).split(), strict=True))
@@ -69,7 +69,7 @@ def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> A
 
 
 def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[int, tuple[str, str]]) -> None:
-    """The hatch of each outcome, on as many points as a print shows: its edge is drawn between the points."""
+    """Draw the hatch of each outcome on as many points as a print can show: its edge is drawn between the points."""
     rows, columns = (((np.arange(_HATCHED) + 0.5) / _HATCHED * n).astype(int) for n in outcome.shape)
     shown = outcome[np.ix_(rows, columns)]
     share = np.r_[0.0, (np.arange(_HATCHED) + 0.5) / _HATCHED, 1.0]
@@ -80,12 +80,12 @@ def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[in
 
 
 def _edge(colour: str) -> str:
-    """Of a hatch, which is seen on its colour."""
+    """Colour of a hatch that is visible on a tone."""
     return "#FFFFFF" if colour in _DARK else GREY
 
 
 def _values(axis: Axes, result: xr.Dataset, name: str) -> None:
-    """A map of numbers with its scale; blank where there is none."""
+    """Draw a map of numbers with its scale; blank where numbers are missing."""
     scale, unit = printed_unit(result, name)
     values = scale * result[name].values
     known = values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""The question of ``basin``."""
+"""Spec of the study ``basin``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from wucht.errors import FieldError, InputError
 from wucht.studies import spec as common
 from wucht.studies.shared_keys import EnsembleSpec, paths_of
 
-MOST_CELLS = 2048 * 2048  # of the finest map: its four numbers a cell fill 100 MB
+MOST_CELLS = 2048 * 2048  # of the finest map: with four numbers per cell it takes 100 MB
 _FEWEST, _MOST_HALVINGS = 2, 10
 
 
@@ -21,7 +21,7 @@ def _axes(given: Any) -> Any:
     axes = paths_of(given)
     if len(axes) != 2 or axes[0][0] == axes[1][0]:
         named = [name for name, _ in axes]
-        raise InputError("study.axes", named, "there must be two axes, each a start state or a parameter of its own")
+        raise InputError("study.axes", named, "there must be two axes, different start states or parameters")
     for name, axis in axes:
         where = f"study.axes.{name}"
         if not isinstance(axis, list | tuple) or len(axis) != 3:
@@ -37,7 +37,7 @@ Axes = Annotated[
 
 
 class Basin(EnsembleSpec):
-    """What becomes of the machine, over two start states or parameters: the basins of its outcomes, and their shares.
+    """Map the outcomes of a machine over two start states or parameters: their basins and shares.
 
     002, section 5.5, figure 5.10.
     """
@@ -51,13 +51,13 @@ class Basin(EnsembleSpec):
         "or `BODY.angle`, `BODY.speed`, `carrier.x`) or the path of a parameter. An angle over a whole turn is periodic"
     ))  # fmt: skip
     refine: common.Whole = Field(0, description=(
-        "how often the cells at the borders are halved: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the "
+        "number of halvings of the cells at the borders: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the "
         "borders run is then known to a cell of that; a basin that is narrower than a cell of `axes` and does not reach "
         "another one's border can be missed"
     ))  # fmt: skip
 
     def check(self) -> None:
-        """A map that fits into memory, and the keys of averaged equations only with them."""
+        """Check that the map fits into memory, and that keys of averaged equations are given only with them."""
         super().check()
         if not 0 <= self.refine <= _MOST_HALVINGS:
             raise InputError("study.refine", self.refine, f"must be a whole number from 0 to {_MOST_HALVINGS}")

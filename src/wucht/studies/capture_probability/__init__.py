@@ -1,1 +1,1 @@
-"""The study ``capture-probability``: how likely a machine with random starts and tolerances gets through."""
+"""The study ``capture-probability``: probability that a machine with random starts and tolerances passes its resonance."""

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_MOST_FAILURES = 3  # named one by one
+_MOST_FAILURES = 3  # listed individually
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a probability over a parameter; of a sensitivity also the indices of the random quantities."""
+    """Build the Dataset of a probability over a parameter; for a sensitivity with the indices of the random quantities."""
     quantities = [*_of_points(plan, findings), *_of_indices(plan, findings), *_summary(plan, findings)]
     return answer(quantities, _sentence(plan, findings, _complete(plan, findings)), _warnings(plan, findings))
 
@@ -47,7 +47,7 @@ def _of_indices(plan: Plan, findings: Findings) -> list[Quantity]:
     indices, by = findings.indices, "quantity"
     if indices is None:
         return []
-    off = f"by how much it may be off {_level(plan)}"
+    off = f"uncertainty of the index {_level(plan)}"
     return [
         Quantity("quantity", [v.name for v in plan.varied], "random quantity", "", by),
         Quantity("first_order", indices.first, "first-order Sobol' index", "", by),
@@ -83,9 +83,9 @@ def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("along", along.path, "parameter"),
         Quantity("unit", along.unit, "its unit"),
         Quantity("range", [plan.grid[0], plan.grid[-1]], "its least and greatest value", along.unit),
-        Quantity("outcome", list(spec.outcome), "outcomes that are counted"),
+        Quantity("outcome", list(spec.outcome), "counted outcomes"),
         Quantity("confidence", spec.confidence, "confidence of the bounds"),
-        Quantity("wanted", wanted, "probability that is wanted"),
+        Quantity("wanted", wanted, "target probability"),
         Quantity("smallest", at, "smallest value from which it is reached", along.unit),
         *table("probability", rows, "probability at each value", parts),
         Quantity("random", {name: _in_words(given) for name, given in spec.random.items()}, "random quantities"),
@@ -93,10 +93,10 @@ def _summary(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("replicates", REPLICATES, "number of independent sets of random points"),
         Quantity("searched", searched, "number of values of the search"),
         Quantity("runs", runs, "number of runs"),
-        Quantity("values", [len(points) - searched, len(plan.grid)], "values that are computed, and all"),
+        Quantity("values", [len(points) - searched, len(plan.grid)], "number of computed values, and of all"),
         Quantity("sensitivity", _sensitivity(plan, findings), "shares of the variance of the outcome, by random quantity"),
         Quantity("model", spec.model, "equations"),
-        Quantity("integration", plan.way, "how the motions are integrated"),
+        Quantity("integration", plan.way, "method of integration"),
     ]
 
 
@@ -112,7 +112,7 @@ def _numbers(point: Point) -> dict[str, Any]:
 
 
 def _in_words(given: dict[str, Any]) -> str:
-    """``uniform from 0 to 360 deg``."""
+    """A distribution in words: ``uniform: low 0 deg, high 360 deg``."""
     kind = next(k for k in given if k in KINDS)
     named = ", ".join(f"{name} {value}" for name, value in zip(KINDS[kind], given[kind], strict=True))
     return f"{kind}: {named}" + (", between {} and {}".format(*given["between"]) if "between" in given else "")
@@ -165,7 +165,7 @@ def _sentence(plan: Plan, findings: Findings, complete: bool) -> str:
     found = smallest(seen, wanted)
     if found is None:
         return f"{wanted:g} is not reached up to {_at(plan, last.value)}: there {sure} {_share(last)} {ends}"
-    note = ", the lowest value looked at" if found == first.value else ""
+    note = ", the lowest computed value" if found == first.value else ""
     return f"{sure} at least {wanted:g} {ends} from {_at(plan, found)} on{note}"
 
 
@@ -179,12 +179,14 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
         warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.called} are not computed yet")
     if (unknown := [p for p in points if p.open.any()]) != []:
         worst = max(unknown, key=_open)
-        longer = "; a longer study.until may tell" if plan.spec.until is not None else ""
+        longer = "; a longer study.until may identify them" if plan.spec.until is not None else ""
         words = f"up to {percent(_open(worst))} of the runs (at {_at(plan, worst.value)}) have no verdict"
-        warnings.append(f"{words}: they may be counted or not, and the band is wider by them{longer}")
+        warnings.append(f"{words}: they may count or not, which widens the band{longer}")
     if (found := findings.indices) is not None and plan.at is not None:
         if np.isnan(found.first).any():
-            warnings.append(f"at {_at(plan, plan.at)} all runs with a verdict end alike: no random quantity matters there")
+            warnings.append(
+                f"at {_at(plan, plan.at)} all runs with a verdict have one outcome: no random quantity matters there"
+            )
         if found.used < found.count:
             share = percent(1 - found.used / found.count)
             warnings.append(f"{share} of the sensitivity's points have runs without a verdict and are left out of the indices")
@@ -231,10 +233,10 @@ def _sensitivity_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
         return []
     at = f"at {s['along']} = {asked['at']:.5g}" + (f" {s['unit']}" if s["unit"] else "")
     if asked["indices"] is None:
-        return [("sensitivity", f"{at} nothing matters: all runs end alike")]
+        return [("sensitivity", f"{at} no random quantity matters: all runs have the same outcome")]
     order = sorted(asked["indices"].items(), key=lambda one: -one[1]["total"])
-    lines = [("sensitivity", f"{at}, share of the variance of the outcome, alone and with the others ({asked['runs']} runs)")]
+    lines = [("sensitivity", f"{at}, share of the variance of the outcome, alone and with interactions ({asked['runs']} runs)")]
     for name, i in order:
         alone, together = (f"{i[key]:.2f} ± {i[f'{key}_off']:.2f}" for key in ("first_order", "total"))
-        lines.append(("", f"{name}: {alone} alone, {together} with the others"))
+        lines.append(("", f"{name}: {alone} alone, {together} with interactions"))
     return lines

@@ -1,17 +1,16 @@
 """Question and machine -> plan -> findings: the random quantities, their samples, the runs at each value of the parameter.
 
-How sure a probability is that was counted on scrambled Sobol' points: points of one scrambled sequence are not independent, but
-its replicates are, and the share of each is right on average (A. B. Owen, "Error estimation for quasi-Monte Carlo", 2025,
-arXiv:2501.00150). The scatter of their counts gives the variance of the mean: it is as large as if there were so many
-independent points, mostly far more than were drawn. With their number the interval of C. J. Clopper and E. S. Pearson (1934) is
-taken, which is right also near 0 and 1, as E. L. Korn and B. I. Graubard do for counts in clusters (Survey Methodology 24
-(1998) 193-201), Student's t in place of the normal quantile; and the plain interval of Student's t, which P. L'Ecuyer, M. K.
-Nakayama, A. B. Owen and B. Tuffin found to hold well ("Confidence intervals for randomized quasi-Monte Carlo estimators",
+Confidence of a probability that was counted on scrambled Sobol' points: points of one scrambled sequence are not independent,
+but its replicates are, and the share of each is unbiased (A. B. Owen, "Error estimation for quasi-Monte Carlo", 2025,
+arXiv:2501.00150). The scatter of their counts gives the variance of the mean, and thus an equivalent number of
+independent points, mostly far more than were drawn. With this number the interval of C. J. Clopper and E. S. Pearson (1934) is
+used, which holds also near 0 and 1, as E. L. Korn and B. I. Graubard do for counts in clusters (Survey Methodology 24
+(1998) 193-201), Student's t in place of the normal quantile; and the plain interval of Student's t, which holds well according
+to P. L'Ecuyer, M. K. Nakayama, A. B. Owen and B. Tuffin ("Confidence intervals for randomized quasi-Monte Carlo estimators",
 Winter Simulation Conference 2023). The band covers both.
 
-Counts are whole numbers. Where all replicates count alike, that they never would do otherwise is not known: of R like ones a
-share of at most 1 - (a/2)^(1/R) can be otherwise, which is taken as the least variance of a count, but no more than
-independent points have.
+Counts are whole numbers. If all replicates have the same count, other counts are not excluded: after R equal ones a share of
+at most 1 - (a/2)^(1/R) can differ, which gives the least variance of a count, but no more than independent points have.
 """
 
 from __future__ import annotations
@@ -45,17 +44,17 @@ from wucht.studies.capture_probability.distributions import (
 )
 from wucht.studies.capture_probability.spec import CaptureProbability
 
-_PROBES = 64  # samples that are looked at before the first run
+_PROBES = 64  # samples that are checked before the first run
 _RANDOM = "study.random"
 
 
 def interval(counts: np.ndarray, each: int, confidence: float) -> tuple[float, float]:
-    """Between which bounds a probability lies, two-sided, by how many of ``each`` points of each replicate (R,) are inside."""
+    """Two-sided bounds of a probability, from the number of inside points of each replicate (R,) of ``replicate_size``."""
     from scipy.stats import norm, t
 
     replicates, tail = len(counts), (1 - confidence) / 2
     share, total = float(counts.mean()) / each, replicates * each
-    if counts.min() == each or counts.max() == 0:  # independent points scatter no less: these bounds are wide enough
+    if counts.min() == each or counts.max() == 0:  # independent points scatter at least as much: these bounds are wide enough
         return clopper_pearson(share * total, total, tail)
     otherwise = min(1 - tail ** (1 / replicates), 0.5)
     least = min(otherwise * (1 - otherwise), each * share * (1 - share))
@@ -68,7 +67,7 @@ def interval(counts: np.ndarray, each: int, confidence: float) -> tuple[float, f
 
 
 def clopper_pearson(inside: float, total: float, tail: float) -> tuple[float, float]:
-    """The bounds beyond each of which as many as were counted, or fewer, or more, would be less likely than ``tail``."""
+    """Bounds beyond which the counted number, or a more extreme one, would be less likely than ``tail``."""
     from scipy.stats import beta
 
     low = float(beta.ppf(tail, inside, total - inside + 1)) if inside > 0 else 0.0
@@ -77,16 +76,16 @@ def clopper_pearson(inside: float, total: float, tail: float) -> tuple[float, fl
 
 
 def band(inside: np.ndarray, open_: np.ndarray, each: int, confidence: float) -> tuple[float, float]:
-    """The bounds where some points of each replicate (R,) are inside and of others it is open: these could be either."""
+    """Bounds if some points of each replicate (R,) are inside and others are undecided: these may count or not."""
     return interval(inside, each, confidence)[0], interval(inside + open_, each, confidence)[1]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """along: the parameter. grid: its values that are looked at first. varied, distributions: the random quantities (q).
+    """Plan of a probability. along: the parameter. grid: its first values. random_quantities, distributions: (q).
 
-    samples: of these (q, M), those of a replicate in a row. at: the value for the sensitivity, of which cross (q, K) are the
-    samples. way: how runs are integrated, in words.
+    samples: of the random quantities (q, M), one replicate after the other. at: the value for the sensitivity, whose samples
+    are cross (q, K). way: method of integration, in words.
     """
 
     spec: CaptureProbability
@@ -103,17 +102,17 @@ class Plan:
 
     @property
     def each(self) -> int:
-        """How many samples a replicate has."""
+        """Number of samples in a replicate."""
         return self.spec.samples // REPLICATES
 
     def question(self, value: float) -> EnsembleQuestion:
-        """What is asked of each run at a value of the parameter. Raises ``InputError`` for one that is not allowed."""
+        """The question for each run at a value of the parameter. Raises ``InputError`` for a value that is not allowed."""
         machine, spec = self.machine.with_values({self.along.path: value}), self.spec
         names = tuple(v.name for v in self.varied if v.state is None)
         return EnsembleQuestion(machine, names, spec.model, spec.inertia, spec.order, spec.until, tolerance=spec.tolerance)
 
     def members(self, value: float, places: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """The states (n, M) in which runs begin, and the values (M,) of random parameters, at places (q, M)."""
+        """Initial states (n, M) of runs, and the values (M,) of random parameters, at places (q, M)."""
         machine = self.machine.with_values({self.along.path: value})
         return members_at(machine, self.spec.start, self.varied, places, _RANDOM)
 
@@ -140,17 +139,17 @@ def prepare(spec: CaptureProbability, machine: Machine) -> Plan:
 
 
 def _drawn(distributions: Sequence[Distribution], shares: np.ndarray) -> np.ndarray:
-    """Values (q, M) of random quantities by points (M, q) of the unit cube."""
+    """Values (q, M) of random quantities at points (M, q) of the unit cube."""
     tiny = np.finfo(float).tiny
-    inside = np.clip(shares, tiny, 1 - np.finfo(float).epsneg)  # at 0 and 1 a normal distribution has no values
+    inside = np.clip(shares, tiny, 1 - np.finfo(float).epsneg)  # at 0 and 1 the values of a normal distribution are infinite
     return np.array([one.at(inside[:, k]) for k, one in enumerate(distributions)])
 
 
 def _checked(plan: Plan) -> tuple[str, ...]:
-    """What the averaged equations leave out.
+    """Warnings about the effects that the averaged equations omit.
 
-    Raises ``InputError`` where there are none, where nothing would turn, and for samples that the machine does not allow:
-    looked at are the least and the largest of each random quantity, and some more.
+    Raises ``InputError`` if there are no such equations, if nothing would turn, and for samples that the machine does not
+    allow: the least and the largest of each random quantity are checked, and some more.
     """
     drawn = [plan.samples] if plan.cross is None else [plan.samples, plan.cross]
     for samples in drawn:
@@ -183,15 +182,15 @@ def _uneven(spec: CaptureProbability) -> list[str]:
     return [f"samples = {spec.samples} is no power of two: Sobol' points fill evenly with {fewer} or {2 * fewer}"]
 
 
-_TILE = 1024  # runs: a unit of work
-_SEARCH = 0.4  # the runs of the search, as a share of those before
+_TILE = 1024  # runs in a unit of work
+_SEARCH = 0.4  # runs of the search, as a share of the preceding ones
 _OPEN = [OUTCOMES.index(o) for o in OPEN]
 
 
 @dataclass(frozen=True)
 class Point:
-    """What became of the runs at a value of the parameter. each: runs of a replicate. counted: outcomes that are inside.
-    searched: whether the search asked for it."""
+    """Outcomes of the runs at a value of the parameter. replicate_size: runs of a replicate. counted_outcomes: outcomes that
+    count as inside. is_from_search: true if the search requested the value."""
 
     value: float
     members: MemberOutcomes
@@ -202,23 +201,23 @@ class Point:
 
     @property
     def inside(self) -> np.ndarray:
-        """How many runs of each replicate (R,) have an outcome that is counted."""
+        """Number of runs of each replicate (R,) with a counted outcome."""
         return self._runs(self.counted)
 
     @property
     def open(self) -> np.ndarray:
-        """Of how many runs of each replicate (R,) the outcome is not known."""
+        """Number of runs of each replicate (R,) with an unknown outcome."""
         return self._runs(_OPEN)
 
     @property
     def estimate(self) -> float:
-        """The share of the runs inside among those whose outcome is known; nan where none is."""
+        """Share of the inside runs among those with a known outcome; NaN if there are none."""
         known = len(self.members.outcome) - int(self.open.sum())
         return float(self.inside.sum()) / known if known else float("nan")
 
     @cached_property
     def bounds(self) -> Bounds:
-        """Between which the probability lies."""
+        """Bounds of the probability."""
         return Bounds(self.value, *band(self.inside, self.open, self.each, self.confidence))
 
     def _runs(self, of: Sequence[int]) -> np.ndarray:
@@ -227,24 +226,24 @@ class Point:
 
 @dataclass(frozen=True)
 class Findings:
-    """points: in the order of their values. indices: of the sensitivity, with what became of its runs."""
+    """Findings so far. points: in the order of their values. indices: of the sensitivity. cross: outcomes of its runs."""
 
     points: tuple[Point, ...] = ()
     indices: Indices | None = None
     cross: MemberOutcomes | None = None
 
     def with_point(self, point: Point) -> Findings:
-        """With one more."""
+        """Findings with another point."""
         return replace(self, points=tuple(sorted((*self.points, point), key=lambda p: p.value)))
 
     @property
     def bounds(self) -> list[Bounds]:
-        """Of the probability at each value."""
+        """Bounds of the probability at each value."""
         return [p.bounds for p in self.points]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The probability after each value, and the sensitivity."""
+    """Compute the probability at each value, and the sensitivity; yield the findings after each."""
     found, spec = Findings(), plan.spec
     first, search, last = _shares(plan)
     part = work.part("values", 0.0, first)
@@ -253,7 +252,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield found
     begin, number = first, 0
     while spec.probability is not None and (next_ := to_look_at(found.bounds, spec.probability)) is not None:
-        end = (begin + search) / 2  # how often is not known before
+        end = (begin + search) / 2  # the number of steps is not known in advance
         point = _point(plan, next_, work.part(f"search/{number}", begin, end))
         found, begin, number = found.with_point(replace(point, searched=True)), end, number + 1
         yield found
@@ -267,7 +266,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _shares(plan: Plan) -> tuple[float, float, float]:
-    """Which share of the work is done after the values, the search and the sensitivity."""
+    """Completed share of the work after the values, the search and the sensitivity."""
     values = len(plan.grid) * plan.spec.samples
     search = 0.0 if plan.spec.probability is None else _SEARCH * values
     sizes = np.cumsum([values, search, 0 if plan.cross is None else plan.cross.shape[1]])
@@ -284,7 +283,7 @@ def _point(plan: Plan, value: float, work: Work) -> Point:
 
 
 def _members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:
-    """What becomes of runs with random quantities (q, M) at a value of the parameter."""
+    """Compute the outcomes of runs with random quantities (q, M) at a value of the parameter."""
     tiles = {f"tile {n}": samples[:, b : b + _TILE] for n, b in enumerate(range(0, samples.shape[1], _TILE))}
     tasks = {name: partial(run_samples, plan, value, places) for name, places in tiles.items()}
     found = dict(work.units(tasks, f"{plan.along.path} = {value:.4g}"))
@@ -292,7 +291,7 @@ def _members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> Membe
 
 
 def run_samples(plan: Plan, value: float, places: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
-    """What becomes of runs at a value of the parameter, with the random quantities at places (q, M) of their distributions."""
+    """Compute the outcomes of runs at a value of the parameter, with the random quantities at places (q, M)."""
     question = plan.question(value)
 
     def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:

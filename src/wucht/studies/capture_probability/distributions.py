@@ -22,13 +22,13 @@ KINDS = {
 }
 _TRUNCATED = ("normal", "log-normal")
 _BETWEEN = "between"
-_LEAST_LEFT = 1e-6  # of the probability between the limits: less is another distribution than the one that was meant
+_LEAST_LEFT = 1e-6  # least probability between the limits: a smaller one changes the distribution too much
 _FACTOR = Unit("", "factor")
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A distribution of ``scipy.stats``: its name there, shape, place and width. logarithmic: of the natural logarithms."""
+    """A distribution of ``scipy.stats``: its name, shape, location and scale. logarithmic: of the natural logarithms."""
 
     name: str
     shape: tuple[float, ...]
@@ -37,7 +37,7 @@ class Distribution:
     logarithmic: bool = False
 
     def at(self, share: np.ndarray) -> np.ndarray:
-        """The values below which these shares (M,) lie, in (0, 1)."""
+        """Values at these cumulative probabilities (M,), in (0, 1)."""
         from scipy import stats
 
         values = np.asarray(getattr(stats, self.name).ppf(share, *self.shape, loc=self.place, scale=self.width))
@@ -45,7 +45,7 @@ class Distribution:
 
 
 def check_form(given: Mapping[str, Any], where: str) -> None:
-    """Raises ``InputError`` where a table has not the form of a distribution; its numbers are read when their unit is known."""
+    """Raise ``InputError`` if a table is not of the form of a distribution; its numbers are read when their unit is known."""
     for key in given:
         if key not in (*KINDS, _BETWEEN):
             raise InputError(f"{where}.{key}", given[key], f"unknown key; {nearest(key, (*KINDS, _BETWEEN))}")
@@ -54,7 +54,7 @@ def check_form(given: Mapping[str, Any], where: str) -> None:
         forms = ", ".join(f"{kind} = [{', '.join(numbers)}]" for kind, numbers in KINDS.items())
         raise InputError(where, dict(given), f"must be a table of one distribution: {forms}")
     if _BETWEEN in given and kinds[0] not in _TRUNCATED:
-        allowed = f"not allowed with {kinds[0]}, which ends by itself; it limits {' and '.join(_TRUNCATED)}"
+        allowed = f"not allowed with {kinds[0]}, which is bounded already; it limits {' and '.join(_TRUNCATED)}"
         raise InputError(f"{where}.{_BETWEEN}", given[_BETWEEN], allowed)
     for key, numbers in given.items():
         names = KINDS.get(key, ("low", "high"))
@@ -63,7 +63,7 @@ def check_form(given: Mapping[str, Any], where: str) -> None:
 
 
 def distribution_of(given: Mapping[str, Any], unit: Unit, where: str) -> Distribution:
-    """A distribution of a quantity with this unit. Raises ``InputError`` at ``where``."""
+    """Build the distribution of a quantity with this unit. Raises ``InputError`` at ``location``."""
     kind = next(key for key in given if key in KINDS)
     at = f"{where}.{kind}"
     units = [_FACTOR if name == "factor" else unit for name in KINDS[kind]]
@@ -103,18 +103,18 @@ def _ends(given: Any, unit: Unit, where: str, logarithmic: bool) -> tuple[float,
     return low, high
 
 
-REPLICATES = 16  # from ten on, intervals from the scatter of their means hold: see ``probability_bands``
+REPLICATES = 16  # with ten and more, intervals from the scatter of their means hold: see ``computation``
 
 
 def points(count: int, dimensions: int, seed: int) -> np.ndarray:
-    """(REPLICATES, count/REPLICATES, dimensions): of each replicate the first points of a Sobol' sequence scrambled anew.
+    """Points (REPLICATES, count/REPLICATES, dimensions): each replicate begins a newly scrambled Sobol' sequence.
 
-    count: a multiple of REPLICATES. The same for the same seed.
+    count: a multiple of REPLICATES. The points are the same for the same seed.
     """
     from scipy.stats import qmc
 
     each = count // REPLICATES
-    power = math.ceil(math.log2(each))  # drawn at once: fewer are the first of these
+    power = math.ceil(math.log2(each))  # drawn at once; the first points of them are used
     random = [np.random.default_rng(one) for one in np.random.SeedSequence(seed).spawn(REPLICATES)]
     return np.array([qmc.Sobol(dimensions, seed=r).random_base2(power)[:each] for r in random])
 
@@ -124,9 +124,9 @@ _RESAMPLES = 1000
 
 @dataclass(frozen=True)
 class Indices:
-    """first, total: of each quantity (q,), and how far they may be off; nan where the outcome is always the same.
+    """Sobol' indices. first, total: of each quantity (q,), with their uncertainties; NaN if the outcome is always the same.
 
-    used: base points of which all runs are known, of ``count``.
+    used_points: base points of which all runs have a verdict, of ``count``.
     """
 
     first: np.ndarray
@@ -138,7 +138,7 @@ class Indices:
 
 
 def library(part: str = "sample") -> Any:
-    """SALib's module of Sobol' indices. Raises ``InputError`` if it is not installed."""
+    """Load SALib's module of Sobol' indices. Raises ``InputError`` if it is not installed."""
     try:
         return import_module(f"SALib.{part}.sobol")
     except ImportError:
@@ -146,32 +146,32 @@ def library(part: str = "sample") -> Any:
 
 
 def cross_sampled(count: int, quantities: int, seed: int) -> np.ndarray:
-    """Points (count (q + 2), q) of the unit cube: two independent ones, and those with one coordinate of the other."""
+    """Points (count (q + 2), q) of the unit cube: pairs of independent points, and mixtures with one exchanged coordinate."""
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0, 1)))
     drawn = library().sample(_problem(quantities), count, calc_second_order=False, seed=random)
     return np.asarray(drawn, float)
 
 
 def indices(inside: np.ndarray, open_: np.ndarray, quantities: int, confidence: float, seed: int) -> Indices:
-    """Of the runs at the points of ``cross_sampled``, which are inside and of which it is open.
+    """Compute the indices from the runs at the points of ``cross_samples``: masks of inside and of undecided ones.
 
-    Base points of which a run is open are left out.
+    Base points with an undecided run are left out.
     """
     rows = inside.reshape(-1, quantities + 2)
     known = ~open_.reshape(-1, quantities + 2).any(axis=1)
-    seen, independent = rows[known].astype(float), rows[known][:, [0, -1]]  # those in between are mixed of these two
+    seen, independent = rows[known].astype(float), rows[known][:, [0, -1]]  # those in between are mixtures of these two
     if not independent.any() or independent.all():
         nothing = np.full(quantities, np.nan)
         return Indices(nothing, nothing, nothing, nothing, int(known.sum()), len(rows))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of a resample in which all are alike
+        warnings.simplefilter("ignore", UserWarning)  # of a resample in which all are equal
         found = library("analyze").analyze(
             _problem(quantities),
             seen.ravel(),
             calc_second_order=False,
             num_resamples=_RESAMPLES,
             conf_level=confidence,
-            seed=seed + 1,  # to SALib 0 is none
+            seed=seed + 1,  # SALib takes 0 as no seed
         )
     first, first_off, total, total_off = (np.asarray(found[key], float) for key in ("S1", "S1_conf", "ST", "ST_conf"))
     return Indices(first, first_off, total, total_off, int(known.sum()), len(rows))

@@ -15,11 +15,11 @@ from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import named, with_unit
 
 _BAR = 0.36
-_LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with others (total)"))
+_LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with interactions"))
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """The probability with its band, the one that is wanted, and where it is reached; beside it Sobol' indices if asked."""
+    """Draw the probability with its band, its target, and where that is reached; beside it Sobol' indices, if computed."""
     s = result.wucht.summary
     known = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
@@ -44,7 +44,7 @@ def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     classes = ((~searched, "o", blue, "estimate"), (searched, "D", "white", "of the search"))
     draw_classes(axis, x, estimate, classes, color=blue, markersize=3.5)
     if s["wanted"] is not None:
-        axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"wanted: {s['wanted']:g}")
+        axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"target: {s['wanted']:g}")
     if s["smallest"] is not None:
         symbol = "" if "." in s["along"] else f"{s['along']} = "
         shown = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
@@ -54,7 +54,7 @@ def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 
 
 def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
-    """A pair of bars for each quantity, the one that matters most at the top."""
+    """Draw a pair of bars for each quantity, the most influential at the top."""
     order = np.argsort(-result.total.values, kind="stable")
     at = np.arange(len(order))
     for name, side, colour, hatch, words in _LOOKS:
@@ -66,5 +66,5 @@ def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     axis.set_yticks(at, [str(result.quantity.values[k]) for k in order])
     axis.grid(visible=False, axis="y")
     axis.set(ylim=(len(order) - 0.4, -0.6), xlabel="Sobol' index")
-    axis.set_title(f"what matters at {s['sensitivity']['at']:.4g} {s['unit']}".rstrip())
+    axis.set_title(f"sensitivity at {s['sensitivity']['at']:.4g} {s['unit']}".rstrip())
     legend_above(axis)

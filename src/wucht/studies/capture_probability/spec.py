@@ -1,4 +1,4 @@
-"""The question of ``capture-probability``."""
+"""Spec of the study ``capture-probability``."""
 
 from __future__ import annotations
 
@@ -57,12 +57,12 @@ def _outcomes(given: Any) -> Any:
 Random = Annotated[
     dict[str, dict[str, Any]], BeforeValidator(_random), Field(description="random quantities with their distributions")
 ]
-Outcomes = Annotated[tuple[str, ...], BeforeValidator(_outcomes), Field(description="outcomes that are counted")]
+Outcomes = Annotated[tuple[str, ...], BeforeValidator(_outcomes), Field(description="counted outcomes")]
 Between = Annotated[float, Field(gt=0, lt=1)]
 
 
 class CaptureProbability(EnsembleSpec):
-    """How likely the machine gets through its resonance, over a parameter, where starts and parameters are random."""
+    """Probability that the machine passes its resonance, over a parameter, with random starts and parameters."""
 
     kind: ClassVar[str] = "capture-probability"
     from_start: ClassVar[bool] = True
@@ -82,30 +82,30 @@ class CaptureProbability(EnsembleSpec):
         "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
     ))  # fmt: skip
     outcome: Outcomes = Field(tuple(map(str, THROUGH)), description=(
-        "outcomes that are counted, by default that the machine gets through: `compensated` or `passed`"
+        "counted outcomes, by default that the machine passes its resonance: `compensated` or `passed`"
     ))  # fmt: skip
-    probability: Between | None = Field(None, title="probability that is wanted", description=(
-        "probability that is wanted; sought is the smallest value of `along` from which on it is reached with confidence"
+    probability: Between | None = Field(None, title="target probability", description=(
+        "target probability; the smallest value of `along` from which it is reached with confidence is searched"
     ))  # fmt: skip
     confidence: Between = Field(0.95, description="confidence of the bands")
     seed: common.Whole = Field(0, description="seed of the random numbers, which are the same at all values")
     sensitivity: common.TrueOrFalse = Field(
-        False, description="whether it is computed which random quantity matters, by Sobol' indices, `at` a value of `along`"
+        False, description="whether the influence of each random quantity is computed (Sobol' indices), `at` a value of `along`"
     )
     at: common.Value | None = Field(None, title="value of the parameter for the sensitivity", description=(
         "value of the parameter `along` for the sensitivity"
     ))  # fmt: skip
     sensitivity_samples: common.Whole | None = Field(
-        None, description="number of runs for the index of each random quantity, and twice as many more"
+        None, description="number of runs for the index of each random quantity; twice as many are added"
     )
 
     @property
     def base(self) -> int:
-        """How many runs there are for each index of the sensitivity."""
+        """Number of runs for each index of the sensitivity."""
         return self.samples if self.sensitivity_samples is None else self.sensitivity_samples
 
     def check(self) -> None:
-        """Numbers of runs that the bands allow, and keys of the sensitivity and of averaged equations only with them."""
+        """Check the numbers of runs, and that keys of the sensitivity and of averaged equations are given only with them."""
         super().check()
         if not 2 <= self.points <= _MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {_MOST_POINTS}")
@@ -115,9 +115,7 @@ class CaptureProbability(EnsembleSpec):
         if self.seed < 0:
             raise InputError("study.seed", self.seed, "must be a whole number, not below 0")
         if self.along in self.random:
-            raise InputError(
-                f"study.random.{self.along}", self.along, "this is the parameter along which is looked; give it once"
-            )
+            raise InputError(f"study.random.{self.along}", self.along, "already varied by study.along; give it once")
         self._check_sensitivity()
 
     def _check_sensitivity(self) -> None:
@@ -126,12 +124,12 @@ class CaptureProbability(EnsembleSpec):
                 raise InputError(
                     "study.at",
                     None,
-                    f"this key is missing; needed is the value of {self.along} for the sensitivity",
+                    f"this key is missing; it must be the value of {self.along} for the sensitivity",
                     code="missing",
                 )
             if len(self.random) < 2:
                 raise InputError(
-                    "study.sensitivity", True, "needed are two random quantities or more to compare", code="too-few"
+                    "study.sensitivity", True, "at least two random quantities are needed to compare them", code="too-few"
                 )
             if not _FEWEST <= self.base <= _MOST or self.base & (self.base - 1):
                 key = "samples" if self.sensitivity_samples is None else "sensitivity_samples"
