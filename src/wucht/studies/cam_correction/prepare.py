@@ -233,7 +233,7 @@ def _late(record: Measured, delay: tuple[float, float] | None, omega: float, zer
     late = f"{abs(math.degrees(by)):.3g}° ({abs(1e3 * by / omega):.3g} ms) {'later' if by > 0 else 'earlier'}"
     return [
         f"The measured acceleration comes {late} than that computed for the {record.cam} cam; without it {share:.1%} of its "
-        "orders would be explained. Check the delay of the sensor's filter, the angle of the cam on its shaft, and the clocks of "
+        "orders would be explained. Check the delay of the sensor's filter, the cam's angle on its shaft, and the clocks of "
         f'the records; study.acceleration.zero = "{zero + by / omega:.6g} s" removes it.'
     ]
 
