@@ -57,7 +57,7 @@ class Plan:
 
 
 def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
-    """Return the plan. Raises ``InputError``: the table [shaft] is missing or does not fit the law, drive or loads are wrong."""
+    """Return the plan. Raises ``InputError``: table [shaft] is missing or does not fit the law, drive or loads are wrong."""
     if drive.shaft is None:
         raise InputError(
             "shaft",
