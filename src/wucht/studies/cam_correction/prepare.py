@@ -266,5 +266,5 @@ def _of_record(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
     for left in fit.notable():
         if left.order not in _TOLD and left.amplitude > max(_ERRORS * left.error, _MATTERS * fit.speed.mean):
             share = left.amplitude / fit.speed.mean
-            notes.append(f"Order {left.order} is left out, although it holds {share:.2%} of the speed in the record.")
+            notes.append(f"Order {left.order} is left out, but the record holds {share:.2%} of the speed in it.")
     return tuple(notes)

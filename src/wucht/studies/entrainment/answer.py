@@ -116,7 +116,7 @@ def _of_bands(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
     return [
         Quantity("along", swept.name, "swept parameter"),
         Quantity("along_unit", unit, "unit of the swept parameter"),
-        Quantity("value", swept.own, "value of the machine as it is", unit),
+        Quantity("value", swept.own, "nominal value of the parameter", unit),
         Quantity("range", findings.range and list(findings.range), "lowest and highest value of the parameter", unit),
         Quantity("existence_band", edges, "band in which the entrained motion exists and is stable", unit),
         Quantity("existence_band_from", band and "averaged equations", "equations of that band"),
