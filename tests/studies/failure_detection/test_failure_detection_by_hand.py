@@ -116,8 +116,8 @@ FAILS = "the specimen fails at 4 s, the speed changes by 30 rad/s"
         (seen(None, after=None, damage=0.123456), None, "the specimen does not fail: damage 0.1235"),
         (
             seen(None, damage=0.5), Known(),
-            "the specimen does not fail: damage 0.5, the speed changes by 30 rad/s, which is detected 1.5 s after the chart begins "
-            "in the mean",
+            "the specimen does not fail: damage 0.5, the speed changes by 30 rad/s, which is detected 1.5 s after the chart "
+            "begins in the mean",
         ),
     ],
 )  # fmt: skip
