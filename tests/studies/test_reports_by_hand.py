@@ -125,7 +125,7 @@ def test_a_cam_that_is_nowhere_touched() -> None:
     told = lines("cam-contour", False, follower, **given)
     assert told[2].split() == ["transmission", *f"angle of the linkage at least {told[2].split()[-1]}".split()]
     assert told[2].split()[-1].startswith("41.") and told[3:] == [
-        "  contact      nowhere: the follower does not touch its cam",
+        "  contact      none: the follower does not touch its cam",
         "  preload      at least 2.5 N m to keep contact",
     ]
 

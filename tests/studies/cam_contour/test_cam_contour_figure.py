@@ -91,7 +91,7 @@ def test_the_panels_and_their_limits(lever: xr.Dataset) -> None:
 def test_a_flat_face_has_no_pressure_angle(flat: xr.Dataset) -> None:
     above, *below = draw(flat).axes
     assert [named(a) for a in below] == ["radius of curvature (mm)", "motion of the follower (mm)"]
-    assert {float(x) for x in line(above, "face, as far as it is touched").get_xdata()} == {40.0}
+    assert {float(x) for x in line(above, "face, touched part").get_xdata()} == {40.0}
     assert "roller" not in names(flat)
 
 

@@ -227,7 +227,7 @@ def test_few_points_are_told():
     law = {"kind": "harmonic", "coefficients": {"mean": 0.005, "cosine": [-0.005, 0.0005], "sine": []}}
     result = answered(CamCorrection(points=48), law=law, follower=follower)
     assert result.wucht.summary["recovered"]["cam"] > 1e-9
-    assert "which more points make cleaner" in result.attrs["sentence"]
+    assert "which more points reduce" in result.attrs["sentence"]
     (warning,) = [w for w in result.wucht.warnings if w.startswith("Chords between 48 points")]
     needed = int(warning.split("points = ")[1].split(",")[0])
     enough = answered(CamCorrection(points=needed), law=law, follower=follower)
@@ -243,7 +243,7 @@ def test_an_original_contour_that_is_cut_away_is_told():
     result = answered(law=law, follower=follower, speed=speed)
     before, after = (result.uncut.sel(version=v).min() for v in ("original", "corrected"))
     assert before < 0 < after
-    assert "of the original contour (cam) away; the corrected one is whole" in result.attrs["warnings"]
+    assert "of the original contour (cam) away; the corrected one is intact" in result.attrs["warnings"]
 
 
 def test_every_variable_says_what_it_is(template):

@@ -269,7 +269,7 @@ def test_a_drive_that_enforces_its_speed_needs_no_other_cam(kind):
     assert result.position.values == pytest.approx(law(tau), abs=1e-14)
     expected = 6 * OMEGA**2 * law(tau, 1) * law(tau, 2) + 2 * OMEGA
     assert result.drive_torque.sel(cam="corrected").values == pytest.approx(expected, abs=1e-8 * expected.max())
-    assert result.attrs["sentence"].startswith("the drive holds the shaft at its speed")
+    assert result.attrs["sentence"].startswith("the drive holds the shaft's speed")
     assert s["simulation"] is None
     assert " ".join(wucht.draw(result).axes[3].get_ylabel().split()) == "acceleration of the cam's law (°/rad²)"
     assert wucht.report(result)
@@ -423,7 +423,7 @@ def test_a_shaft_that_twists_asks_for_its_own_cam(elastic):
     assert twisted.sel(twisted="corrected cam") > 0.05
     torque, twist = elastic.twist_torque.values, elastic.twist_angle.values
     assert twist == pytest.approx(torque / 4e6, rel=0.1)  # but for the damper
-    assert "the shaft twists" in elastic.attrs["warnings"]
+    assert "elastic shaft: " in elastic.attrs["warnings"]
     stiff = {"shaft_stiffness": 4e9, "shaft_damping": 2e5, "cam_inertia": 0.5}
     rigid = wucht.run(wucht.CamPrediction(**BRIEF), drive(mean_speed=OMEGA, elastic=stiff))
     assert rigid.twist_residual.sel(twisted="corrected cam") < 1e-3
@@ -487,8 +487,8 @@ def test_the_command_draws_and_reports(wucht, tmp_path):
         "verdict: CLEAN on a shaft that fluctuates by 5.78 %",
         "of the output at most 0.113 of the shaft's",
         "original     52.36 rad/s (500 rpm), fluctuating by 5.28 %; orders above 5: 26.3 % of order 1",
-        "even speed   would take 544.8 kW at most, 52.13 kW in the mean",
-        "drive        none: the eigenmotion saves all of that",
+        "even speed   would need 544.8 kW at most, 52.13 kW in the mean",
+        "drive        none: the eigenmotion saves all of this power",
         "leaves 26.3 %, 3.58 %",
         "2 turns with the corrected cam",
         "output at 60 Hz, damping ratio 0.02",
@@ -515,7 +515,7 @@ def test_the_figure_says_what_it_shows(eigenmotion, driven, elastic):
     left = [f"{100 * x:.3g} %" for x in elastic.twist_residual.values[:2]]
     bars = [f"original cam: {left[0]}", f"corrected cam: {left[1]}", "corrected for the twist too: nothing"]
     assert [t.get_text() for t in shown[6].texts] == bars
-    assert " ".join(shown[6].get_xlabel().split()) == "shaft that twists: above order 5, over order 1"
+    assert " ".join(shown[6].get_xlabel().split()) == "elastic shaft: above order 5, over order 1"
     for result in (eigenmotion, driven, elastic):
         for variable in (*result.data_vars.values(), *result.coords.values()):
             assert variable.attrs["long_name"]

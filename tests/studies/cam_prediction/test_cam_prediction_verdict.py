@@ -199,7 +199,7 @@ def test_a_simulation_that_differs_does_not_confirm_and_the_reason_is_said(found
     label, sentence = verdict(plan, summary(plan, replace(findings, confirmed=(findings.confirmed[0], off))))
     assert label == "not confirmed"
     assert sentence.endswith("leaves nothing in orders above 5, by simulation 0.3 % of order 1")
-    assert "by 0.2 % of the speed: without a drive nothing brings the shaft back" in _departs(off, findings.corrected)
+    assert "by 0.2 % of the speed: without a drive nothing restores the motion" in _departs(off, findings.corrected)
     assert _departs(off, replace(findings.corrected, left=2.0)).endswith("this motion is not stable")
     assert _departs(off, replace(findings.corrected, left=0.5)).endswith("0.2 % of the speed")
 
@@ -219,7 +219,7 @@ def told(found, failure="", **summary_):
 
 def test_a_large_inertia_ratio_and_cutting_again_are_warned_of(found):
     cutting = "cutting a cam and measuring again"
-    slow = f"{cutting} converges slowly, each cam leaves 40 % of what the one before left; take the predicted cam"
+    slow = f"{cutting} converges slowly, each cam leaves 40 % of the residual of the one before; take the predicted cam"
     assert told(found, inertia_ratio=0.5, contraction=0.4) == []
     assert told(found, inertia_ratio=0.51, contraction=0.4) == [f"the inertia ratio J1 max psi'^2/J0 is 0.51: {slow}"]
     assert told(found, inertia_ratio=1.0, contraction=None) == [
@@ -255,7 +255,7 @@ def test_a_shaft_that_twists_for_which_there_is_no_cam(found):
     assert label == "not clean"
     assert sentence.endswith(": the cam corrected for a rigid shaft leaves 18.2 % of order 1 in orders above 5")
     assert verdict(plan, s | {"shaft": []})[1].endswith(
-        ": no periodic motion was found with the cam corrected for a rigid shaft"
+        ": no periodic motion was obtained with the cam corrected for a rigid shaft"
     )
     both = [rigid, {"name": FOR_TWIST, "above": 2e-6}]
     assert verdict(plan, s | {"shaft": both})[1].endswith("corrected for the twist too it leaves 0.0002 %")
@@ -271,11 +271,11 @@ def test_the_verdict_counts_the_shaft_that_twists():
     s = result.wucht.summary
     assert s["verdict"] == "not clean"
     begin, end = s["sentence"].split(": ")
-    assert begin == "NOT CLEAN on the shaft that twists and fluctuates by 5.78 %"
+    assert begin == "NOT CLEAN on the elastic shaft that fluctuates by 5.78 %"
     left = "leaves 18.2 % of order 1 in orders above 5, corrected for the twist too it leaves nothing"
     assert end == f"the cam corrected for a rigid shaft {left}"
     assert s["above"]["corrected"] < 1e-12  # on the rigid shaft
-    assert "each is computed with the other one rigid" in "\n".join(wucht.report(result))
+    assert "each is computed with the other rigid" in "\n".join(wucht.report(result))
 
 
 def test_a_stiff_shaft_stays_clean_and_one_spring_alone_needs_no_note():
@@ -293,9 +293,9 @@ def test_where_one_cam_has_no_motion_on_the_shaft_that_twists_the_others_are_sti
     assert result.twisted.values.tolist() == ["corrected for the twist too"]
     s = result.wucht.summary
     assert s["verdict"] == "not clean"
-    none = "no periodic motion was found with the cam corrected for a rigid shaft"
+    none = "no periodic motion was obtained with the cam corrected for a rigid shaft"
     assert s["sentence"].endswith(f"{none}, corrected for the twist too it leaves nothing")
-    first, second = (told for told in result.wucht.warnings if told.startswith("on the shaft that twists"))
+    first, second = (told for told in result.wucht.warnings if told.startswith("on the elastic shaft"))
     assert "original cam: at 52.3599 rad/s the cam would have to stand still" in first
     assert "corrected cam: no periodic motion" in second
     assert wucht.draw(result)
@@ -305,7 +305,7 @@ def test_an_enforced_speed_behind_a_shaft_that_twists_is_not_clean_either():
     held = {"kind": "constant-speed", "speed": "500 rpm"}
     s = wucht.run(wucht.CamPrediction(), drive(drive=held, elastic=TWISTS)).wucht.summary
     assert s["verdict"] == "not clean"
-    assert s["sentence"].startswith("NOT CLEAN on the shaft that twists: the cam corrected for a rigid shaft leaves")
+    assert s["sentence"].startswith("NOT CLEAN on the elastic shaft: the cam corrected for a rigid shaft leaves")
     assert wucht.run(wucht.CamPrediction(), drive(drive=held)).wucht.summary["verdict"] == "enforced"
 
 

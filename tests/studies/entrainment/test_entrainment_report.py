@@ -104,8 +104,8 @@ def test_warnings(shaken: EntrainmentCase) -> None:
         "w",
         "at drive.no_load_speed = 7: it stopped",
         "none here",
-        "3 runs from the start are finished; the search is not",
-        f"from the start it is also reached apart from the band: 6.5 to 6.75, 6.875 to 7 {unit}; finer points may show more",
+        "3 runs from the start are finished, but the search is not",
+        f"from the start it is also reached outside the band: 6.5 to 6.75, 6.875 to 7 {unit}; finer points may show more",
         f"at drive.no_load_speed = 5.75 {unit} the phase still moves at the end of the run: give a longer until",
     ]
     s = dataset(shaken, found).wucht.summary
@@ -116,11 +116,11 @@ def test_warnings(shaken: EntrainmentCase) -> None:
 def test_sentences(shaken: EntrainmentCase) -> None:
     own = ended(shaken)
     nowhere, interrupted = (dataset(shaken, Findings(own, complete=c)).wucht.summary["sentence"] for c in (True, False))
-    assert nowhere.endswith("; nowhere in the range is it reached from the start")
-    assert interrupted.endswith("; the study was interrupted before its band was found")
+    assert nowhere.endswith("; it is not reached from the start anywhere in the range")
+    assert interrupted.endswith("; the study was interrupted before its band was determined")
     band = CaptureBand((None, (6.0, 6.25)), ())
     s = dataset(shaken, Findings(own, band=band, complete=True)).wucht.summary["sentence"]
-    assert s.endswith("; from the start that is reached below drive.no_load_speed = 6.125 rad/s")
+    assert s.endswith("; this is reached from the start below drive.no_load_speed = 6.125 rad/s")
 
 
 # --- the report ---
@@ -137,7 +137,7 @@ def test_the_lines_of_all_that_can_be_known(shaken: EntrainmentCase) -> None:
     assert lines(made) == [
         "A machine",
         f"verdict: ENTRAINED: {made.wucht.summary['sentence']}",
-        f"  looked at    drive.no_load_speed = {own.value:.6g} rad/s",
+        f"  parameter    drive.no_load_speed = {own.value:.6g} rad/s",
         "  existence    between 5.25 and 6.75 rad/s (averaged equations, ends: fold, hopf)",
         "               above 5.125 rad/s (full equations)",
         "  from start   between 5.25 and 6.125 rad/s, edges to 1.5e-02 rad/s",
@@ -154,7 +154,7 @@ def test_what_is_not_known_has_no_line(pair: EntrainmentCase) -> None:
     assert lines(made) == [
         "A machine",
         f"verdict: UNIDENTIFIED: {made.wucht.summary['sentence']}",
-        "  looked at    detuning = 0.5 rad/s",
+        "  parameter    detuning = 0.5 rad/s",
     ]
 
 
@@ -167,10 +167,10 @@ def test_ends_at_the_range_are_no_ends_and_an_unstable_motion_is_called_so(shake
         made = dataset(shaken, Findings(own, existing=existing, motions=(motion,), ends=(None, None), complete=True))
         low, high = (None if e.kind == "range" else e.value for e in edges)
         assert made.wucht.summary["existence_band"] == [low, high]
-        words = {2: "in all of the range", 1: "above 5.25 rad/s", 0: "between 5.25 and 6.75 rad/s"}[kinds.count("range")]
+        words = {2: "in the whole range", 1: "above 5.25 rad/s", 0: "between 5.25 and 6.75 rad/s"}[kinds.count("range")]
         assert lines(made)[3:6] == [
             f"  existence    {words} (averaged equations{how})",
-            "               in all of the range (full equations)",
+            "               in the whole range (full equations)",
             "  phase        rotor: 2 rad (114.6°)",
         ]
         assert lines(made)[-1] == "  stability    not stable: largest multiplier of a period 1.5"
@@ -180,7 +180,7 @@ def test_a_dimensionless_machine_has_no_units(shaken: EntrainmentCase) -> None:
     made = titled(dataset(shaken, Findings(ended(shaken), complete=True)), dimensionless=True)
     made = with_answer(made, along_unit="", phases={"rotor": 1.25}, phases_slow={"other": 2.0}, mean_speed=6.25)
     assert lines(made)[2:] == [
-        f"  looked at    drive.no_load_speed = {made.wucht.summary['value']:.6g}",
+        f"  parameter    drive.no_load_speed = {made.wucht.summary['value']:.6g}",
         "  phase        rotor: 1.25",
         "  mean speed   6.25",
     ]

@@ -79,8 +79,8 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
     assert result.attrs["finished"] == 0
     assert result.sizes["run"] == 3  # the machine's own value is not yet reached by the scan
     s = result.wucht.summary
-    assert s["sentence"].endswith("the study was interrupted before its band was found")
-    assert "3 runs from the start are finished; the search is not" in result.attrs["warnings"]
+    assert s["sentence"].endswith("the study was interrupted before its band was determined")
+    assert "3 runs from the start are finished, but the search is not" in result.attrs["warnings"]
     assert "--resume continues from there" in result.attrs["warnings"]
     assert s["existence_band"] is not None
     assert s["band_from_rest"] is None

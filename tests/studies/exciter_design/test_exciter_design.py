@@ -172,9 +172,9 @@ def test_where_nothing_beats_it_says_so(machine: wucht.Machine) -> None:
     assert (s["parameters"], s["distance"], s["spectrum"]) == (None, None, [])
     assert s["motions"] == {"modulated": 0, "steady": 8, "unsettled": 0, "failed": 0, "not-allowed": 0}
     assert s["reach"]["modulated"] == 0.0
-    assert result.attrs["sentence"] == "no exciter was found that beats"
+    assert result.attrs["sentence"] == "none of the candidates beats"
     assert any("no candidate beats: 8 steady" in w for w in result.wucht.warnings)
-    assert "verdict: no exciter was found that beats" in wucht.report(result)
+    assert "verdict: none of the candidates beats" in wucht.report(result)
     wucht.draw(result)
 
 

@@ -90,22 +90,22 @@ def test_the_lines_of_a_design(plan: Any) -> None:
     made = with_answer(made, **values)
     assert STUDY.report(made) == [
         "A machine",
-        "verdict: the spectrum is met to 12.50% of its largest amplitude, on the mean, in the full equations",
+        "verdict: the spectrum is met within 12.50% of its largest amplitude, on the mean, in the full equations",
         f"  signal       {made.attrs['signal']}",
-        "  wanted       1e+06 cycles, amplitudes 1 mm to 2 mm",
-        "  tried        8 candidates with the averaged equations: 6 modulated, 2 steady",
-        "  reach        75% of the ranges beats; largest amplitudes 1 mm to 2 mm, the smallest 0.25 to 0.25 of it",
+        "  target       1e+06 cycles, amplitudes 1 mm to 2 mm",
+        "  search       8 candidates with the averaged equations: 6 modulated, 2 steady",
+        "  reach        75% of the points beat; largest amplitudes 1 mm to 2 mm, the smallest 0.25 to 0.25 of it",
         "  design       drive.slope = 0.00125 N m s",
         "               p1.mass = 1.5 kg",
         "  beat         12.5 s, 40 cycles; all cycles of the target take 7200 s (2 h)",
-        "  amplitudes   off by 12.50% of the largest on the mean (averaged equations 6.25%)",
-        "  counts       off by 25.00% of all cycles at most (averaged equations 50.00%)",
+        "  amplitudes   mean deviation 12.50% of the largest (averaged equations 6.25%)",
+        "  counts       largest deviation 25.00% of all cycles (averaged equations 50.00%)",
         "  largest      2.5 mm; 123 cycles of the target are larger",
-        "  damage       0.988 times that of the target, off by 37.50% of it at most, counted from above",
-        "  tolerances   within 1.0% 88% beat; the distance is 1.25% on the median, none for 95 %",
+        "  damage       0.988 times that of the target; off by up to 37.50% of it, counted from above",
+        "  tolerances   within 1.0% 88% beat; median distance 1.25%, 95 % quantile none",
     ]
     bare = STUDY.report(with_answer(made.assign_attrs(dimensionless=1), unit="N", tolerances=None, reach=None))
-    assert bare[3] == "  wanted       1e+06 cycles, amplitudes 0.001 N to 0.002 N"
+    assert bare[3] == "  target       1e+06 cycles, amplitudes 0.001 N to 0.002 N"
     assert bare[7] == "  beat         12.5, 40 cycles; all cycles of the target take 7200"
     assert bare[-1].startswith("  damage") and bare[5].startswith("  design")
 
@@ -113,7 +113,7 @@ def test_the_lines_of_a_design(plan: Any) -> None:
 def test_without_a_beat_nothing_is_reached(plan: Any) -> None:
     made = result(plan, reach=(tried([np.nan] * 2, ["steady"] * 2),))
     assert made.wucht.summary["reach"] == {"modulated": 0.0, "upper": None, "ratio": None, "fullness": None}
-    assert [line[:13].strip() for line in STUDY.report(made)[2:]] == ["signal", "wanted", "tried"]
+    assert [line[:13].strip() for line in STUDY.report(made)[2:]] == ["signal", "target", "search"]
 
 
 # --- warnings ---
@@ -150,7 +150,7 @@ def test_cycles_that_are_not_reached(plan: Any) -> None:
     missed = result(plan, small).wucht.summary["beyond"]
     target = plan.target
     assert missed == pytest.approx(target.counts[target.ranges > 2.5e-3].sum()) and missed > 1e-3 * target.total
-    assert f"{missed:.3g} cycles of the target are larger than any that is reached" in warnings_of(result(plan, small))
+    assert f"{missed:.3g} cycles of the target exceed the largest reached amplitude" in warnings_of(result(plan, small))
     assert not any("larger than any" in w for w in warnings_of(result(plan, design(plan, 1e-9))))
 
 

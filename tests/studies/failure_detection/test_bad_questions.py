@@ -27,7 +27,7 @@ QUESTIONS = {
     "no line": ({"failure": {"remaining": 0.8}}, "study.failure.woehler", "missing"),
     "line": ({"failure": FAILURE | {"woehler": LINE | {"k2": 9, "miner": "haibach"}}}, "study.failure.woehler.k2", "either"),
     "interval": ({"failure": FAILURE | {"interval": 0.07}}, "study.failure.interval", "whole"),
-    "gradual": ({"failure": FAILURE | {"law": "linear"}}, "study.learning", "after and learning say"),
+    "gradual": ({"failure": FAILURE | {"law": "linear"}}, "study.learning", "after and learning state"),
     "a number": ({"failure": 0.8}, "study.failure", "must be a table"),
     "late": ({"after": 9.0}, "study.after", "must be before study.until, 8"),
     "no range": ({"along": "drive.slope"}, "study.range", "missing"),
@@ -52,7 +52,7 @@ def test_questions_that_are_refused(case):
 
 MACHINES = {
     "no failure": (exciter(), {"failure": None}, "study.failure", "or a schedule of the carrier's stiffness"),
-    "both": (FALLS, {}, "study.failure", "give one of both"),
+    "both": (FALLS, {}, "study.failure", "give one of them"),
     "stays": (STAYS, {"failure": None}, "machine.schedules", "must change the stiffness"),
     "ends early": (FALLS, {"failure": None, "until": 4.2}, "study.until", "from 4 to 4.5"),
     "learns late": (FALLS, {"failure": None, "after": 3.5, "learning": 1.0}, "study.after", "before the stiffness falls, 4"),
@@ -72,7 +72,7 @@ MACHINES = {
     "direction": (exciter(), {"failure": FAILURE | {"direction": "r"}}, "study.failure.direction", "must be one of x, y"),
     "knee": (exciter(), {"failure": FAILURE | {"woehler": LINE | {"SD": "8 N"}}}, "study.failure.woehler.SD", "8 N"),
     "varies what fails": (
-        exciter(), {"along": "carrier.stiffness", "range": [1e4, 2e5]}, "study.along", "this is what fails",
+        exciter(), {"along": "carrier.stiffness", "range": [1e4, 2e5]}, "study.along", "this parameter falls with the failure",
     ),
     "along a schedule": (
         FALLS, {"failure": None, "along": "carrier.stiffness", "range": [1, 2]}, "study.along", "follows a schedule",

@@ -104,21 +104,21 @@ FAILS = "the specimen fails at 4 s, the speed changes by 30 rad/s"
 @pytest.mark.parametrize(
     ("of", "detection", "sentence"),
     [
-        (seen(), None, f"{FAILS}; there is no chart that watches it"),
-        (seen(), Known(), f"{FAILS}, which is seen 1.5 s later in the mean"),
-        (seen(), Known(0.0), f"{FAILS}, which is seen 0 s later in the mean"),
-        (seen(), Known(-1.5), f"{FAILS}, which is seen 1.5 s before that in the mean"),
+        (seen(), None, f"{FAILS}; no control chart monitors it"),
+        (seen(), Known(), f"{FAILS}, which is detected 1.5 s later in the mean"),
+        (seen(), Known(0.0), f"{FAILS}, which is detected 0 s later in the mean"),
+        (seen(), Known(-1.5), f"{FAILS}, which is detected 1.5 s before it in the mean"),
         (
             seen(), Known(None),
-            f"{FAILS}, which is seen within 20,000 readings, 5000 s (1.39 h), with a probability of 0.969",
+            f"{FAILS}, which is detected within 20,000 readings, 5000 s (1.39 h) with a probability of 0.969",
         ),
-        (seen(after=None), Known(), "the specimen fails at 4 s; there are too few readings to tell the change of speed"),
+        (seen(after=None), Known(), "the specimen fails at 4 s; there are too few readings to determine the change of speed"),
         (seen(None, after=None), None, "the specimen does not fail"),
         (seen(None, after=None, damage=0.123456), None, "the specimen does not fail: damage 0.1235"),
         (
             seen(None, damage=0.5), Known(),
-            "the specimen does not fail: damage 0.5, the speed changes by 30 rad/s, which is seen 1.5 s after the chart begins "
-            "in the mean",
+            "the specimen does not fail: damage 0.5, the speed changes by 30 rad/s, which is detected 1.5 s after the chart "
+            "begins in the mean",
         ),
     ],
 )  # fmt: skip
@@ -137,19 +137,22 @@ def test_no_warnings() -> None:
     ("of", "other", "warning"),
     [
         (seen(residual=1.5e-6), {}, "the energy balance closes only to 1.5e-06: the run is not accurate"),
-        (seen(), {"undetected": "why"}, "there is no chart: why"),
+        (seen(), {"undetected": "why"}, "there is no control chart: why"),
         (
             seen(), {"detection": Known(1800.5)},
-            "an alarm comes hardly sooner than a false one: the chart does not see this failure",
+            "an alarm comes hardly sooner than a false one: the chart does not detect this failure",
         ),
         (
             seen(), {"detection": Known(reference=15.5)},
-            "the chart is made for changes of 31, and this one is smaller: a smaller study.sensor.change sees it sooner",
+            "the chart is designed for changes of 31, and this one is smaller: a smaller study.sensor.change detects it sooner",
         ),
         (seen(advice="run longer"), {}, "after the failure run longer"),
         (seen(failure="it burst"), {}, "it burst"),
         (seen(None), {}, "the specimen does not fail within study.until: run longer, or give it a shorter life (a smaller ND)"),
-        (seen(before=None), {}, "there are too few readings before or after the failure: run longer, or fail later"),
+        (
+            seen(before=None), {},
+            "there are too few readings before or after the failure: run longer, or let the specimen fail later",
+        ),
     ],
 )  # fmt: skip
 def test_a_warning(of: Seen, other: dict[str, Any], warning: str) -> None:
@@ -166,14 +169,14 @@ def test_warnings_of_the_averaged_equations() -> None:
     assert averaged(AveragedSpeed(None, reason="why"), good) == ["the averaged equations give no speed before the failure: why"]
     (unstable,) = averaged(near, AveragedSpeed(120.0, UNSTABLE, next_stable=200.123456))
     assert unstable == (
-        "the steady state after the failure is unstable: the run stands there because nothing disturbs it, a machine does not "
-        "stay; the nearest stable one has 200.12. Bodies that are exactly alike do that: make one of them a little different"
+        "the steady state after the failure is unstable: the run stays there because nothing disturbs it, but a machine would "
+        "not; the nearest stable one has 200.12. This happens with identical bodies: make one of them slightly different"
     )
     (alone,) = averaged(near, AveragedSpeed(120.0, UNSTABLE))
-    assert "does not stay. Bodies" in alone
+    assert "would not. This happens" in alone
     far = [
         f"the averaged equations have {x:.5g} {when} the failure, the full ones {speed}: the speed is still changing, the "
-        "averaged motion is another one, or the averaging is too coarse there"
+        "averaged motion is a different one, or the averaging is too coarse"
         for x, when, speed in ((94.6, "before", 90), (113.9, "after", 120))
     ]
     assert averaged(AveragedSpeed(94.6, STEADY), AveragedSpeed(113.9, STEADY)) == far
@@ -189,18 +192,18 @@ def test_the_lines_of_a_failure() -> None:
         "  after        120 rad/s, compensated",
         "  change       30 rad/s, 24 times the standard deviation of the readings, 1.25 rad/s",
         "  chart        cumulative sum, k = 2.5, h = 9.75 rad/s",
-        "  seen         1.5 s after the failure in the mean; half of them within 1.25 s, 19 of 20 not within 3 readings, "
+        "  detection    1.5 s after the failure in the mean; half of them within 1.25 s, 19 of 20 not within 3 readings, "
         "5000 s (1.39 h)",
         "  damage       0.75 at the end",
-        "  stiffness    0.8 of the whole specimen's at the end, its work -4 J",
+        "  stiffness    0.8 of the intact specimen's at the end, its work -4 J",
         "  energy       closes to 1.0e-09",
     ]
     never = STUDY.report(result(of=seen(None), detection=Known()))
-    assert never[6].startswith("  seen         1.5 s after the chart begins in the mean; ")
+    assert never[6].startswith("  detection    1.5 s after the chart begins in the mean; ")
     few = STUDY.report(result(of=seen(before=None)))
     assert [line[2:12].strip() for line in few[2:]] == ["after", "stiffness", "energy"]
     unknown = with_answer(made, before={"speed": 90.0, "outcome": None})
-    assert STUDY.report(unknown)[2] == "  before       90 rad/s, not judged; averaged equations 91 rad/s"
+    assert STUDY.report(unknown)[2] == "  before       90 rad/s, not classified; averaged equations 91 rad/s"
 
 
 # --- other values ---
@@ -347,7 +350,7 @@ def test_panels_without_what_is_not_known() -> None:
     many.curve = lambda: (np.arange(70.0), np.linspace(0.0, 0.9, 70))  # type: ignore[method-assign]
     _, _, alarm, stiffness = drawn("failure-detection", result(of=seen(None), detection=many)).axes
     assert [line.get_label() for line in alarm.get_lines()] == ["alarm of the chart"]
-    assert [line.get_label() for line in stiffness.get_lines()] == ["stiffness, share of the first"]
+    assert [line.get_label() for line in stiffness.get_lines()] == ["stiffness, share of the initial one"]
     assert len(drawn("failure-detection", result()).axes) == 3
 
 

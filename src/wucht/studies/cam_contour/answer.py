@@ -25,7 +25,7 @@ _MOTIONS = ("", "_velocity", "_acceleration")
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a cam's contour, in the plane that turns with the cam; what does not apply is not a number."""
+    """Return the Dataset of a cam's contour, in the plane that turns with the cam; numbers that do not apply are NaN."""
     outcome, sentence = judged(plan, findings)
     quantities = [
         Quantity("cam", list(plan.cams), "cam", "", "cam"),
@@ -62,7 +62,7 @@ def _over_turn(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("normal_x", rows(lambda c: c.normal.real), "normal, x", "", along),
         Quantity("normal_y", rows(lambda c: c.normal.imag), "normal, y", "", along),
         Quantity("curvature", rows(lambda c: c.curvature), "curvature of the contour", "1/m", along),
-        Quantity("uncut", rows(lambda c: c.left), "what the roller leaves, 0: an edge", "", along),
+        Quantity("uncut", rows(lambda c: c.left), "margin against undercut, 0 at an edge", "", along),
         Quantity("pressure_angle", rows(lambda c: c.pressure_angle), "pressure angle", "rad", along),
         Quantity("contact_force", contact(lambda p: p.force), "contact force", "N", along),
         Quantity("contact_pressure", contact(lambda p: p.pressure), "contact pressure", "Pa", along),
@@ -86,7 +86,7 @@ def _arcs(plan: Plan, f: Findings) -> list[Quantity]:
         arcs += [(name, "lift-off", arc) for arc in (f.largest.off[name] if f.largest is not None else ())]
     return [
         Quantity("arc_cam", [name for name, _, _ in arcs], "cam of an arc", "", "arc"),
-        Quantity("arc_of", [what for _, what, _ in arcs], "what happens on an arc", "", "arc"),
+        Quantity("arc_of", [what for _, what, _ in arcs], "kind of an arc: undercut, missing or lift-off", "", "arc"),
         Quantity("arc_begin", [arc[0] for _, _, arc in arcs], "begin of an arc", "rad", "arc"),
         Quantity("arc_end", [arc[1] for _, _, arc in arcs], "end of an arc", "rad", "arc"),
     ]
@@ -138,11 +138,11 @@ def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
     return [
         Quantity("outcome", outcome, "outcome"),
         Quantity("follower", follower and follower.kind, "kind of follower"),
-        Quantity("clockwise", follower is not None and follower.clockwise, "whether the cam turns clockwise"),
-        Quantity("min_curvature_radius", min(convex, default=None), "least radius where it bulges", "m", headline=True),
-        Quantity("min_hollow_radius", min(hollow, default=None), "least radius where it is hollow", "m"),
+        Quantity("clockwise", follower is not None and follower.clockwise, "true if the cam turns clockwise"),
+        Quantity("min_curvature_radius", min(convex, default=None), "least convex radius of curvature", "m", headline=True),
+        Quantity("min_hollow_radius", min(hollow, default=None), "least hollow radius of curvature", "m"),
         Quantity("max_pressure_angle", pressure_angle, "largest pressure angle", "rad", headline=True),
-        Quantity("undercut", not plan.whole, "whether the follower cuts off parts of the contour"),
+        Quantity("undercut", not plan.whole, "true if the follower cuts off parts of the contour"),
         Quantity("base_radius", cam.base.value, "radius of the base circle", "m", headline=True),
         Quantity("largest_radius", cam.blank.value, "largest radius of the contour", "m", headline=True),
         group("cams", [_of_cam(shape, name, f) for name, shape in plan.shapes.items()], "each cam"),
@@ -152,17 +152,17 @@ def _summary(plan: Plan, f: Findings, outcome: str) -> list[Quantity]:
         Quantity("spacing", spec.spacing, "distance of points to mill", "m"),
         Quantity("decimals", spec.decimals, "decimals of the points to mill"),
         _contact(plan, f.largest),
-        Quantity("smallest", smallest, "smallest cam that keeps what is permitted", parts=_OF_SMALLEST),
+        Quantity("smallest", smallest, "smallest cam within the permitted limits", parts=_OF_SMALLEST),
     ]
 
 
 _AT = {"at": ("cam angle", "rad")}
 _OF_SMALLEST = {
-    "follower": ("where the follower is", "m"),
+    "follower": ("position of the follower", "m"),
     "angle": ("angle of the lever", "rad"),
     "base_radius": ("radius of the base circle", "m"),
     "largest_radius": ("largest radius of the contour", "m"),
-    "min_curvature_radius": ("least radius where it bulges", "m"),
+    "min_curvature_radius": ("least convex radius of curvature", "m"),
     "max_pressure_angle": ("largest pressure angle", "rad"),
     "face": ("least and greatest y at which the face is touched", "m"),
 }
@@ -177,14 +177,14 @@ def _of_cam(shape: Shape, name: str, f: Findings) -> Quantity:
     undercut, missing = ([list(arc) for arc in arcs] for arcs in (shape.undercut, shape.missing))
     count = len(f.to_mill[name].phi) if name in f.to_mill else 0
     numbers = [
-        radius("min_curvature", shape.convex, "least radius where it bulges"),
-        radius("min_hollow", shape.hollow, "least radius where it is hollow"),
-        radius("largest_wheel", shape.wheel, "largest wheel that grinds it"),
+        radius("min_curvature", shape.convex, "least convex radius of curvature"),
+        radius("min_hollow", shape.hollow, "least hollow radius of curvature"),
+        radius("largest_wheel", shape.wheel, "largest grinding wheel"),
         Quantity("largest_roller", shape.largest_roller, "largest roller without undercut", "m"),
         Quantity("max_pressure_angle", angle, "largest pressure angle", parts={"angle": ("angle", "rad")} | _AT),
         Quantity("base_radius", shape.base.value, "radius of the base circle", "m"),
         Quantity("largest_radius", shape.blank.value, "largest radius of the contour", "m"),
-        Quantity("undercut", undercut, "arcs that are cut off", "rad"),
+        Quantity("undercut", undercut, "arcs cut off by the follower", "rad"),
         Quantity("missing", missing, "arcs without a contour", "rad"),
         Quantity("points_to_mill", count, "number of points to mill"),
     ]
@@ -215,26 +215,26 @@ def _contact(plan: Plan, largest: Pressed | None) -> Quantity:
 
 
 def _beyond_common(plan: Plan) -> list[str]:
-    """Where nobody has permitted a pressure angle."""
+    """Warn of uncommonly large pressure angles where the study permits none."""
     permitted = plan.spec.permitted
     given = permitted is not None and permitted.pressure_angle is not None
     return [] if given else beyond_common(plan.shapes.values(), plan.unit)
 
 
 def _shaft(plan: Plan) -> dict[str, Any] | None:
-    """The speed of the shaft in rad/s for which the cam was corrected."""
+    """Return the speed of the shaft in rad/s for which the cam was corrected."""
     if not plan.spec.corrected:
         return None
     speed = plan.drive.turning_with_corrected_cam.speed
     return {"mean": speed.mean, "cosine": speed.cosine.tolist(), "sine": speed.sine.tolist()}
 
 
-_DECIMALS = 9  # of lengths in mm: what is less is rounding
+_DECIMALS = 9  # of lengths in mm: smaller differences are rounding
 _CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a cam's contour."""
+    """Return the lines that ``wucht run`` prints for a cam's contour."""
     s = result.wucht.summary
     lines: list[tuple[str, str]] = []
     for name, cam in s["cams"].items():
@@ -260,7 +260,7 @@ def _cam_lines(name: str, cam: dict[str, Any]) -> list[tuple[str, str]]:
         circles += f", pressure angle at most {_degrees(angle['angle'])} at {_degrees(angle['at'])}"
     lines = [(name, circles), ("", f"convex {_radius(cam['min_curvature'])}; hollow {_radius(cam['min_hollow'])}")]
     if cam["largest_roller"] is not None:
-        lines.append(("", f"roller at most {_millimetres(cam['largest_roller'])}, or it cuts the contour away"))
+        lines.append(("", f"roller at most {_millimetres(cam['largest_roller'])} without cutting the contour away"))
     if cam["largest_wheel"] is not None:
         wheel = cam["largest_wheel"]
         lines.append(("", f"grinding wheel at most {_millimetres(wheel['radius'])} (at {_degrees(wheel['at'])})"))
@@ -271,7 +271,7 @@ def _contact_lines(contact: dict[str, Any], unit: str) -> list[tuple[str, str]]:
     forces = contact["max_force"].items()
     preload = f"at least {contact['least_preload']:.4g} {unit} to"
     if not any(p["value"] for _, p in forces):
-        return [("contact", "nowhere: the follower does not touch its cam"), ("preload", f"{preload} keep contact")]
+        return [("contact", "none: the follower does not touch its cam"), ("preload", f"{preload} keep contact")]
     shown = ", ".join(f"{_of(name, forces)}at most {p['value']:.4g} N at {_degrees(p['at'])}" for name, p in forces)
     lines = [("contact", f"{shown}, at {contact['mean_speed'] * 30 / math.pi:.4g} rpm")]
     if contact["max_pressure"]:
@@ -280,7 +280,7 @@ def _contact_lines(contact: dict[str, Any], unit: str) -> list[tuple[str, str]]:
         lines.append(("Hertz", ", ".join(pressures)))
     torque = contact["max_torque"]
     lines.append(("camshaft", f"torque at most {torque['value']:.4g} N m at {_degrees(torque['at'])}"))
-    kept = "stay on the inner flank" if "outer" in contact["max_force"] else "keep contact all the way round"
+    kept = "stay on the inner flank" if "outer" in contact["max_force"] else "keep contact over the whole turn"
     lines.append(("preload", f"{preload} {kept}"))
     return lines
 
@@ -298,7 +298,7 @@ def _smallest(found: dict[str, Any]) -> str:
 
 
 def _radius(found: dict[str, float] | None) -> str:
-    return "nowhere" if found is None else f"radius at least {_millimetres(found['radius'])} at {_degrees(found['at'])}"
+    return "none" if found is None else f"radius at least {_millimetres(found['radius'])} at {_degrees(found['at'])}"
 
 
 def _value(radius: float | None) -> str:

@@ -1,4 +1,4 @@
-"""Question and cam drive -> plan -> findings: cams, contours, and whether they can be cut and do what is permitted."""
+"""Spec and cam drive -> plan -> findings: cams, their contours, and if they can be cut within the permitted limits."""
 
 from __future__ import annotations
 
@@ -23,14 +23,16 @@ from wucht.numerics.angles import Arc
 from wucht.studies.cam_contour.contact_load import ContactLoad, Pressed, contact_load, largest_pressed, pressed
 from wucht.studies.cam_contour.spec import CamContour
 
-_REACHED = 1e-6  # of a limit: beyond it by less is at it, where a smallest cam is
+_REACHED = 1e-6  # of a limit: a smallest cam lies at its limit up to rounding, which is no violation
 _MOST_ARCS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """output: its law over the cam angle. lever: the follower's. shapes: what the checks have found of each cam. notes:
-    warnings for the result."""
+    """Cams of a study, checked.
+
+    output: its law over the cam angle. lever: that of the follower. shapes: sizes and undercut of each cam. notes: warnings
+    for the result."""
 
     spec: CamContour
     drive: CamDrive
@@ -44,17 +46,17 @@ class Plan:
 
     @property
     def unit(self) -> str:
-        """Of the follower's motion: rad or m."""
+        """Unit of the follower's motion: rad or m."""
         return self.drive.follower.unit if self.drive.follower is not None else "rad"
 
     @property
     def whole(self) -> bool:
-        """Whether nothing is cut away of any cam."""
+        """True if no part of any contour is cut away."""
         return not any(shape.missing or shape.undercut for shape in self.shapes.values())
 
 
 def prepare(spec: CamContour, drive: CamDrive) -> Plan:
-    """The plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
+    """Return the plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
     law, notes = drive.motion.law, list[str]()
     if spec.corrected:
         law = CorrectedLaw(law, drive.turning_with_corrected_cam)
@@ -64,7 +66,7 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     contact = contact_load(spec, drive, unit)
     if contact is not None and drive.linkage is not None and not contact.load.output_inertia:
         key = "output_inertia" if drive.motion.unit == "rad" else "output_mass"
-        notes.append(f"the contact forces are those of the lever alone: study.contact.{key} is what the linkage moves")
+        notes.append(f"contact forces are those of the lever alone: study.contact.{key} adds what the linkage moves")
     try:
         smallest = smallest_cam(lever, follower, spec.permitted, spec.smallest)
         notes += obstacles(drive, law, smallest) if smallest is not None else []
@@ -82,9 +84,9 @@ def _shapes(cams: Mapping[str, Cam], spec: CamContour) -> dict[str, Shape]:
 
 
 def smallest_cam(law: Law, follower: Follower | None, permitted: Permitted | None, size: Size) -> Smallest | None:
-    """Of the follower's law; None where nothing is permitted that it could be found by.
+    """Return the smallest cam for the follower's law; None where no limit is given that determines it.
 
-    Where no least radius is permitted nothing is to be undercut, and without a shaft the base circle is not to be negative.
+    Without a permitted least radius no undercut is allowed; without a shaft radius the base circle must not be negative.
     Raises ``InputError`` (study.permitted...), ``RunError``.
     """
     if permitted is None or follower is None:
@@ -96,7 +98,7 @@ def smallest_cam(law: Law, follower: Follower | None, permitted: Permitted | Non
 
 
 def obstacles(drive: CamDrive, output: Law, smallest: Smallest) -> list[str]:
-    """What must be known before the smallest cam is made, in sentences. output: the law that it is to make."""
+    """Return obstacles to making the smallest cam, in sentences. output: the law that it is to make."""
     if drive.follower is None:
         return []
     follower, anew = drive.follower.moved_to(smallest.placed)
@@ -106,14 +108,14 @@ def obstacles(drive: CamDrive, output: Law, smallest: Smallest) -> list[str]:
             if not smallest.whole:
                 cam.check(millimetres)
     except InputError as error:
-        notes.append(f"the smallest cam that is permitted cannot be made: {error.allowed}")
+        notes.append(f"the smallest permitted cam cannot be made: {error.allowed}")
     return notes
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Of a cam over cam angles (N,): contour, pitch (None of a flat face), normal: complex, in m; curvature in 1/m, positive
-    where the material bulges; left: 1 - (what the roller takes), see ``Cam.undercut``; pressure_angle in rad."""
+    """Curves of a cam over cam angles (N,): contour, pitch (None for a flat face), normal: complex, in m; curvature in 1/m,
+    positive where the contour is convex; uncut: margin against undercut, see ``Cam.undercut``; pressure_angle in rad."""
 
     contour: np.ndarray
     pitch: np.ndarray | None
@@ -125,9 +127,11 @@ class Curves:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """angles (N,) in rad. output, lever (3, N): the motions and their first derivatives by the cam angle. transmission (N,): of
-    the linkage in rad, or None. to_mill: points of each cam, none where some is cut away. pressed: over the angles; largest:
-    densely, for the largest values. notes: warnings."""
+    """Contours, points to mill and contact forces.
+
+    angles (N,) in rad. output, lever (3, N): the motions and their first two derivatives by the cam angle. transmission (N,):
+    angle of the linkage in rad, or None. points_to_mill: of each cam, none where some of the contour is cut away.
+    contact_history: over the angles; dense_history: at denser angles, for the largest values. notes: warnings."""
 
     angles: np.ndarray
     output: np.ndarray
@@ -141,7 +145,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """All at once: it takes a second."""
+    """Yield the findings once: the whole computation takes a second."""
     work.report(0.0, "contours")
     angles = np.linspace(0, 2 * np.pi, plan.spec.points + 1)
     curves = {name: _curves(cam, angles) for name, cam in plan.cams.items()}
@@ -152,7 +156,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     if plan.contact is not None and plan.whole:
         over_turn, largest = pressed(plan.contact, plan.cams, angles), largest_pressed(plan.contact, plan.cams)
     elif plan.contact is not None:
-        notes.append("no contact forces: some of the contour is cut away, and the follower does not move by its law")
+        notes.append("no contact forces: part of the contour is cut away, so that the follower does not move by its law")
     closure = plan.drive.closure
     transmission = None if closure is None else closure.transmission_angle(plan.lever(angles))
     output, lever = _derivatives(plan.output, angles), _derivatives(plan.lever, angles)
@@ -170,9 +174,9 @@ def _curves(cam: Cam, angles: np.ndarray) -> Curves:
 
 
 def _to_mill(plan: Plan) -> tuple[dict[str, PointList], list[str]]:
-    """The points of each cam, and warnings about their rounding. Raises ``InputError`` (study.chord_tolerance)."""
+    """Return the points of each cam, and warnings about their rounding. Raises ``InputError`` (study.chord_tolerance)."""
     if not plan.whole:
-        return {}, ["no points to mill: some of the contour is cut away"]
+        return {}, ["no points to mill: part of the contour is cut away"]
     spec, points, notes = plan.spec, dict[str, PointList](), list[str]()
     for name, cam in plan.cams.items():
         contour = Outline(cam.contour)
@@ -187,12 +191,12 @@ def _to_mill(plan: Plan) -> tuple[dict[str, PointList], list[str]]:
 
 
 def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
-    """The label (``cuttable``, ``undercut``, ``not-permitted``, ``lifts-off``) and the sentence."""
+    """Return the label (``cuttable``, ``undercut``, ``not-permitted``, ``lifts-off``) and the sentence."""
     if not plan.whole:
         return "undercut", f"undercut: {'; '.join(_cut(plan))}"
     broken, off = list(_broken(plan, findings)), list(_off(plan, findings))
     if broken:
-        return "not-permitted", "; ".join([f"cuttable, but not as permitted: {', '.join(broken)}", *off])
+        return "not-permitted", "; ".join([f"cuttable, but beyond the permitted limits: {', '.join(broken)}", *off])
     said = [f"cuttable: {_radius(plan)}"]
     if any(s.pressure_angle.value > 0 for s in plan.shapes.values()):
         angle = largest_pressure_angle(plan.shapes.values())
@@ -235,7 +239,7 @@ def _broken(plan: Plan, findings: Findings) -> Iterator[str]:
 
 
 def _off(plan: Plan, findings: Findings) -> Iterator[str]:
-    """Where a roller leaves its cam; in a groove it goes over to the other flank."""
+    """Yield where a roller lifts off its cam; in a groove it passes to the opposite flank."""
     if findings.largest is None or "outer" in plan.cams:
         return
     for name, arcs in findings.largest.off.items():

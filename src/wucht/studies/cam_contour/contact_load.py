@@ -1,4 +1,4 @@
-"""The contact of the study: its load and its speed in SI, and what the contours and the camshaft bear."""
+"""Load and speed of a contact in SI, and the forces on the contours and the camshaft."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _UNITS = {
 
 @dataclass(frozen=True, eq=False)
 class SpeedOverAngle:
-    """The speed in rad/s of a shaft that does not turn evenly, over its angle, and the derivative of that."""
+    """Speed in rad/s of a shaft that does not turn evenly, over its angle, and its derivative."""
 
     turning: ShaftMotion
 
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """Of order 0 or 1, at cam angles of any shape."""
+        """Return the speed (order 0) or its derivative (order 1) at cam angles of any shape."""
         tau = self.turning.time(phi)
         first = self.turning.angle(tau, 1)
         return np.asarray(self.turning.mean * (self.turning.angle(tau, 2) / first if order else first))
@@ -48,7 +48,7 @@ class SpeedOverAngle:
 
 @dataclass(frozen=True, eq=False)
 class ContactLoad:
-    """load: on the follower. speed: in rad/s. mean_speed: of it. share: see ``Contact``. width: in m, or None."""
+    """Load of a contact: load on the follower, speed in rad/s and its mean, share as in ``Contact``, width in m or None."""
 
     load: FollowerLoad
     speed: Speed
@@ -60,10 +60,10 @@ class ContactLoad:
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
-    """Of the cams by name over cam angles phi (N,) in rad: force (N,) in N, none negative, and pressure (N,) in Pa.
+    """Contact of each cam over cam angles phi (N,) in rad: force (N,) in N, none negative, and pressure (N,) in Pa.
 
-    torque (N,): that the camshaft must be given, in N m; none where nothing touches. off: arcs without contact, (begin, end) in
-    rad. least_preload: from which on there are none, in N m or N.
+    torque (N,): driving torque of the camshaft in N m, 0 without contact. lift_off: arcs without contact, (begin, end) in rad.
+    least_preload: above which there are no such arcs, in N m or N.
     """
 
     phi: np.ndarray
@@ -75,7 +75,10 @@ class Pressed:
 
 
 def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | None:
-    """From the question. unit: of the follower's motion, rad or m. Raises ``InputError`` (study.contact..., study.speed)."""
+    """Return the load that the spec states. unit: of the follower's motion, rad or m.
+
+    Raises ``InputError`` (study.contact..., study.speed).
+    """
     asked = spec.contact
     if asked is None:
         return None
@@ -95,7 +98,7 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
 
 
 def _moved(asked: Contact, unit: str, what: str) -> tuple[str, float | None]:
-    """The key that says how heavy a follower or an output is, and its value; the other one must not be there."""
+    """Return the key of the inertia or mass of a follower or output, and its value; the excluded key must not be given."""
     prefix = "output_" if what == "output" else ""
     given, other = (prefix + kind for kind in (("inertia", "mass") if unit == "rad" else ("mass", "inertia")))
     if getattr(asked, other) is not None:
@@ -105,12 +108,12 @@ def _moved(asked: Contact, unit: str, what: str) -> tuple[str, float | None]:
 
 
 def _behind(asked: Contact, drive: CamDrive) -> float:
-    """What a linkage moves, in kg m^2 or kg."""
+    """Return the inertia or mass that a linkage moves, in kg m^2 or kg."""
     if drive.linkage is not None:
         return _moved(asked, drive.motion.unit, "output")[1] or 0.0
     for key in ("output_inertia", "output_mass"):
         if getattr(asked, key) is not None:
-            allowed = "without a linkage the follower is the output: add it to that of the follower"
+            allowed = "without a linkage the follower is the output: add this value to that of the follower"
             raise InputError(f"study.contact.{key}", getattr(asked, key), allowed)
     return 0.0
 
@@ -133,7 +136,7 @@ def _materials(asked: Contact) -> tuple[Material, Material]:
 
 
 def pressed(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> Pressed:
-    """At cam angles (N,). Raises ``InputError`` (study.contact.preload, follower)."""
+    """Return the contact at cam angles (N,). Raises ``InputError`` (study.contact.preload, follower)."""
     forces = _of_pair(contact, cams, phi) or _of_groove(contact, cams, phi) or _of_one(contact, cams, phi)
     force, torque, off, least_preload = forces
     pressure = dict[str, np.ndarray]()
@@ -156,7 +159,7 @@ def _of_one(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _
 
 
 def _of_groove(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
-    """What the inner flank cannot do, being only able to press, the outer one does."""
+    """Return the contact of a groove: where the inner flank would have to pull, the outer flank presses."""
     if "outer" not in cams:
         return None
     found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
@@ -165,7 +168,7 @@ def _of_groove(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -
 
 
 def _between(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
-    """The rest of the turn."""
+    """Return the remaining arcs of the turn."""
     turn = 2 * np.pi
     if not arcs:
         return ((0.0, turn),)
@@ -187,5 +190,5 @@ def _of_pair(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> 
 
 
 def largest_pressed(contact: ContactLoad, cams: Mapping[str, Cam]) -> Pressed:
-    """The same at angles that are dense enough for the largest values."""
+    """Return the contact at angles that are dense enough for the largest values."""
     return pressed(contact, cams, GRID)

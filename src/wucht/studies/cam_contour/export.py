@@ -1,4 +1,4 @@
-"""A result -> the files of a contour for the workshop, a line for each."""
+"""Result -> workshop files of a contour, and a line for each."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from wucht.results.store import prepare_folder
 if TYPE_CHECKING:
     import xarray as xr
 
-_ALIKE = 1e-9  # of the cam's size: so far the points of a result may lie from the contour that is found again
+_ALIKE = 1e-9  # of the cam's size: distance that points of a result may have from the contour computed anew
 _OF_STROKE = 1e-5  # the tolerance of cam tables
 _TABLES = ("law", "follower", "linkage")
 
@@ -59,12 +59,12 @@ def write_workshop(
     installed. table_tolerance: of the cam tables, in rad or m, 1e-5 of the stroke where it is not given; table_decimals: of
     their positions in deg or mm. Lists and drawings keep the chord tolerance and the decimals of the study.
 
-    Returns the files, each with how far what was read lies from what it stands for. Raises ``InputError`` where the result has
-    no points to mill, ``RunError`` where a file cannot be written or does not hold what was to be in it.
+    Returns the files, each with the deviation of its content when read back. Raises ``InputError`` where the result has
+    no points to mill, ``RunError`` where a file cannot be written or does not read back as written.
     """
     summary = result.wucht.summary
     if summary["undercut"] or not result.sizes["mill_point"]:
-        raise InputError("result", None, "it has no points to mill: some of the contour is cut away", code="no-points")
+        raise InputError("result", None, "it has no points to mill: part of the contour is cut away", code="no-points")
     drive = drive_of(result)
     law: Law = drive.motion.law
     if summary["corrected"] is not None:
@@ -86,7 +86,7 @@ def write_workshop(
 
 
 def points_to_mill(result: xr.Dataset, cam: str) -> PointList:
-    """Those of one cam of a result. Raises ``InputError``."""
+    """Return the points to mill of one cam of a result. Raises ``InputError``."""
     names = [str(name) for name in result.cam.values]
     if cam not in names:
         raise InputError("cam", cam, f"the result has no such cam; known: {', '.join(names)}")
@@ -96,7 +96,7 @@ def points_to_mill(result: xr.Dataset, cam: str) -> PointList:
 
 
 def drive_of(result: xr.Dataset) -> CamDrive:
-    """The drive that a result tells of, but for its shaft and its speed. Raises ``InputError``."""
+    """Return the cam drive of a result, without its shaft and its speed. Raises ``InputError``."""
     facts: Mapping[str, Any] = result.wucht.machine
     tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
     tables["law"] = _as_in_a_file(tables["law"])
@@ -104,6 +104,6 @@ def drive_of(result: xr.Dataset) -> CamDrive:
 
 
 def _as_in_a_file(law: Mapping[str, Any]) -> dict[str, Any]:
-    """A table [law] with its keys as a file has them."""
+    """Return a table [law] with the keys that a file uses."""
     fields = laws()[law["kind"]].model_fields
     return {(fields[key].alias or key) if key in fields else key: value for key, value in law.items()}

@@ -1,4 +1,4 @@
-"""The figure of a cam's contour: the cam to scale with its follower, and below it what it is judged by over the cam angle."""
+"""The figure of a cam's contour: the cam to scale with its follower, and below it the criteria over the cam angle."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from wucht.results.formatting import label
 _COLOUR = {"cam": COLOURS[0], "counter": COLOURS[1], "outer": COLOURS[2]}
 _CONTOURS = {"cam": "contour", "counter": "contour of the counter cam", "outer": "outer flank"}
 _ROD: dict[str, Any] = {"color": FOLLOWER, "linewidth": 2.0, "alpha": 0.7, "zorder": 4}
-_EDGE = 0.5  # of the base circle: so long a rod is drawn behind an edge
+_EDGE = 0.5  # of the base circle: length of the rod drawn behind an edge
 _ROW, _CAM = 1.5, 4.0  # inches
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
 _NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def _draw_cam(axis: Axes, result: xr.Dataset) -> None:
-    """Contours, base circle, pitch curves, rollers, the cam's centre, the lever with its pivot, the rod or the face; in mm."""
+    """Draw contours, base circle, pitch curves, rollers, the cam's centre, the lever with its pivot, rod or face; in mm."""
     for i, name in enumerate(map(str, result.cam.values)):
         cut, x, y = _is_missing(result, name), 1e3 * result.contour_x.values[i], 1e3 * result.contour_y.values[i]
         colour = _COLOUR[name]
         axis.plot(*np.where(cut, np.nan, [x, y]), color=colour, linewidth=1.6, label=_CONTOURS[name], zorder=3)
         if name in ("cam", "counter"):
-            # Twice the outline would be darker where contours overlap: the fill is pale enough for both.
+            # An outline drawn twice would be darker where contours overlap: the fill is pale enough for both.
             axis.fill(x[~cut], y[~cut], color=colour, alpha=0.0 if "outer" in result.cam.values else 0.08, linewidth=0)
             pitch = 1e3 * result.pitch_x.values[i], 1e3 * result.pitch_y.values[i]
             if np.isfinite(pitch[0]).all():
@@ -49,7 +49,7 @@ def _draw_cam(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _turning(axis: Axes, result: xr.Dataset) -> None:
-    """An arrow in the sense in which the cam turns."""
+    """Draw an arrow in the sense in which the cam turns."""
     extent = float(np.hypot(result.contour_x.values, result.contour_y.values).max())
     radius, clockwise = 1e3 * max(0.3 * float(result.base_radius[0]), 0.12 * extent), result.wucht.summary["clockwise"]
     begin, end = radius * np.exp(1j * np.radians([120, 60] if clockwise else [60, 120]))
@@ -59,7 +59,7 @@ def _turning(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _roller(axis: Axes, result: xr.Dataset, i: int) -> None:
-    """At its place at cam angle 0, with its lever or its rod."""
+    """Draw the roller at cam angle 0, with its lever or its rod."""
     radius = 1e3 * float(result.roller_radius[i])
     if not np.isfinite(radius):
         return
@@ -77,12 +77,12 @@ def _roller(axis: Axes, result: xr.Dataset, i: int) -> None:
 def _face(axis: Axes, result: xr.Dataset) -> None:
     x, low, high = (1e3 * float(result[f"face_{which}"]) for which in ("at", "from", "to"))
     if np.isfinite(x):
-        axis.plot([x, x], [low, high], color=FOLLOWER, linewidth=2.0, label="face, as far as it is touched", zorder=5)
+        axis.plot([x, x], [low, high], color=FOLLOWER, linewidth=2.0, label="face, touched part", zorder=5)
         axis.plot([x, x + (high - low)], [0, 0], label="rod", **_ROD)
 
 
 def _is_missing(result: xr.Dataset, name: str) -> np.ndarray:
-    """Whether the contour of a cam is cut away (N,) at the cam angles of the result."""
+    """Return where (N,) the contour of a cam is cut away, at the cam angles of the result."""
     phi, missing = result.cam_angle.values, np.zeros(result.sizes["cam_angle"], bool)
     for k in np.flatnonzero((result.arc_cam.values == name) & (result.arc_of.values == "missing")).tolist():
         missing |= np.mod(phi - float(result.arc_begin[k]), 2 * np.pi) <= float(result.arc_end[k]) - float(result.arc_begin[k])
@@ -90,7 +90,7 @@ def _is_missing(result: xr.Dataset, name: str) -> np.ndarray:
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """The cam above; below it two panels a row: radius of curvature, pressure angle, and what else there is to show."""
+    """Draw the cam above, and below it two panels a row: radius of curvature, pressure angle, and further criteria."""
     panels = [_radius, _motion if np.isfinite(float(result.face_at)) else _pressure_angle]
     if np.isfinite(result.transmission_angle.values).any():
         panels.append(_transmission)
@@ -106,7 +106,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
-    """Of each cam a line, with its name where there are several."""
+    """Draw a line for each cam, with its name where there are several."""
     for name, row in zip(map(str, result.cam.values), values, strict=True):
         if np.isfinite(row).any():
             _line(axis, result, row, _LINE[name], _NAMED[name] if len(values) > 1 else None)
@@ -122,7 +122,7 @@ def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> Non
 
 
 def _radius(axis: Axes, result: xr.Dataset) -> None:
-    """Of curvature of the contour; none is drawn where it is nearly straight, or cut away."""
+    """Draw the radius of curvature of the contour, except where it is nearly straight or cut away."""
     radii, widest = radii_of_curvature(result)
     cut = np.array([_is_missing(result, name) for name in map(str, result.cam.values)])
     shown = np.where(cut, np.nan, radii.values)
@@ -141,7 +141,7 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
 
 def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
     angles = np.degrees(result.pressure_angle.values)
-    _lines(axis, result, np.where(result.cam.values[:, None] == "outer", np.nan, angles))  # one roller has one
+    _lines(axis, result, np.where(result.cam.values[:, None] == "outer", np.nan, angles))  # the same roller touches both flanks
     limit, name = np.degrees(float(result.permitted_pressure_angle)), "permitted"
     if not np.isfinite(limit):
         limit, name = np.degrees(float(result.common_pressure_angle)), "common limit"
@@ -163,7 +163,7 @@ def _force(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) -> None:
-    """A band over each arc of the cam angle on which something happens, and where it comes again a turn earlier."""
+    """Shade each arc of the cam angle with an event of this kind, and the same arc a turn earlier."""
     for i in np.flatnonzero(result.arc_of.values == what).tolist():
         for turn in (0.0, -360.0):
             low, high = np.clip(np.degrees([float(result.arc_begin[i]), float(result.arc_end[i])]) + turn, 0, 360)
@@ -183,7 +183,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _touched(axis: Axes, result: xr.Dataset) -> None:
-    """Where a flat face is touched: as far from the rod's axis as its velocity by the cam angle says."""
+    """Draw where a flat face is touched: its distance from the rod's axis equals the velocity by the cam angle."""
     _line(axis, result, (1e3 if result.wucht.summary["clockwise"] else -1e3) * result.follower_velocity.values)
     axis.set_ylabel("face touched at y (mm)")
 

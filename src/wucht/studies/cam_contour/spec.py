@@ -1,4 +1,4 @@
-"""The question of a cam's contour."""
+"""Spec of a study of a cam's contour."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from wucht.studies.spec import Spec, TrueOrFalse, Value, Whole
 
 
 class Contact(Described):
-    """What moves with the follower and presses it on the cam; of a lever about its pivot, of a rod along it."""
+    """Inertia, spring and load of the follower; for a lever about its pivot, for a rod along its axis."""
 
     inertia: float | None = si("kg m^2", "moment of inertia of the follower", default=None, ge=0, help=(
         "moment of inertia of a lever about its pivot, in kg m^2"
     ))  # fmt: skip
     mass: float | None = si("kg", "mass of the follower", default=None, ge=0, help="mass of a rod, in kg")
     output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0, help=(
-        "moment of inertia of what turns behind a linkage, in kg m^2"
+        "moment of inertia of an output behind a linkage, in kg m^2"
     ))  # fmt: skip
-    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of what slides behind a linkage")
+    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0, help="mass of an output behind a linkage")
     preload: Value = Field(0.0, title="preload", description=(
-        "torque or force (N m or N) with which a spring presses the roller on the cam where the law is zero; of two cams with "
-        "which they squeeze the lever"
+        "torque or force (N m or N) with which a spring presses the roller on the cam where the law is zero; for two "
+        "cams, with which they squeeze the lever"
     ))  # fmt: skip
     stiffness: Value = Field(0.0, title="stiffness of the spring", description="stiffness of this spring, in N m/rad or N/m")
     damping: Value = Field(0.0, title="damping", description="viscous damping of the follower, in N m s/rad or N s/m")
@@ -33,7 +33,7 @@ class Contact(Described):
         0.0, title="constant load", description="constant load (N m or N) against the sense in which the law rises, as a weight"
     )
     share: float = si("", "share of the cam in the driving torque", default=0.5, ge=0, le=1, help=(
-        "of two cams, how much of the driving torque the cam takes up as more, the rest the counter cam as less"
+        "of two cams, share of the driving torque that raises the force on the cam; the rest lowers that on the counter cam"
     ))  # fmt: skip
     width: float | None = si(
         "m", "width of the contact", default=None, gt=0, help="width of the contact; with it the Hertzian pressure is computed"
@@ -49,7 +49,7 @@ class Contact(Described):
 
 
 class CamContour(Spec):
-    """The contour of a cam that gives its follower the motion law: to be judged, and to be milled."""
+    """Contour of a cam that gives its follower the motion law: checked against limits, and as points to mill."""
 
     kind: ClassVar[str] = "cam-contour"
     solves: ClassVar[str] = "rigid parts; forces at the speed of study.speed, or of the table [speed]"
@@ -60,10 +60,10 @@ class CamContour(Spec):
         720, ge=16, le=1_000_000, description="number of cam angles, evenly spaced over a turn, at which the contour is given"
     )
     chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0, help=(
-        "by how much the chords between the points to mill leave the contour at most; it says how many points there are"
+        "largest distance between the contour and the chords of the points to mill; it determines the number of points"
     ))  # fmt: skip
     spacing: float = si("m", "longest distance of points to mill", default=1e-3, gt=0, help=(
-        "longest chord: where the contour is nearly straight wide gaps beside narrow ones would spoil a spline through the "
+        "longest chord: where the contour is nearly straight, wide gaps beside narrow ones would spoil a spline through the "
         "points"
     ))  # fmt: skip
     decimals: Whole = Field(5, ge=0, le=12, description="number of decimals of the coordinates in mm")
@@ -71,17 +71,17 @@ class CamContour(Spec):
         "radius of the grinding wheel or cutter, which must reach the hollow parts"
     ))  # fmt: skip
     speed: float | None = si("rad/s", "speed of the camshaft", default=None, gt=0, help=(
-        "speed of the camshaft, for the contact; without it the speed of the table [speed]"
+        "speed of the camshaft, for the contact; by default that of the table [speed]"
     ))  # fmt: skip
-    contact: Contact | None = Field(None, description="what presses, a table `[study.contact]`; without it there are no forces")
-    permitted: Permitted | None = Field(None, description="what the cam is judged by, a table `[study.permitted]`")
+    contact: Contact | None = Field(None, description="loads of the contact, a table `[study.contact]`; without it no forces")
+    permitted: Permitted | None = Field(None, description="limits that the cam must keep, a table `[study.permitted]`")
     smallest: Size = Field("base", description=(
-        'what is made small when the smallest cam is sought, the base circle ("base") or the largest radius ("blank")'
+        'radius to be minimised for the smallest cam, that of the base circle ("base") or the largest one ("blank")'
     ))  # fmt: skip
-    allow_undercut: TrueOrFalse = Field(False, description="whether a contour that the roller cuts away is shown, not refused")
+    allow_undercut: TrueOrFalse = Field(False, description="if true, an undercut contour is shown instead of refused")
     corrected: TrueOrFalse = Field(False, description=(
-        "whether the cam makes the law over time, on a shaft that turns as the table [speed] says, or without one as is "
-        "predicted from the table [shaft]"
+        "if true, the cam makes the law over time on a shaft that turns as the table [speed] states, or, without that table, "
+        "as predicted from the table [shaft]"
     ))  # fmt: skip
 
     def check(self) -> None:

@@ -1,1 +1,1 @@
-"""The cam for a shaft that does not turn evenly: before, after, and what is left where the shaft turns otherwise: 004."""
+"""Study of the cam for a shaft that does not turn evenly: before, after, and the residual on another motion: 004."""

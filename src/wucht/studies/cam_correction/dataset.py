@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a cam's correction, and how clean that makes the motion, in a sentence."""
+"""Findings -> the Dataset of a cam's correction, and the verdict on how clean the motion becomes."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 CLEAN = 1e-12  # of order 1: exact but for rounding
 _ENOUGH = 1e-9  # from the points
-_MATTERS = 0.01  # by orders of the speed that are left out
+_MATTERS = 0.01  # share of order 1, from orders of the speed that are left out
 _NAMES = ("", "_velocity", "_acceleration", "_jerk")
 _PER = ("", "/rad", "/rad^2", "/rad^3")
 VERSIONS = ("original", "corrected")
 
 
 def sentence(plan: Plan, findings: Findings) -> str:
-    """The verdict: what is above order N after the correction and before, and what the points of the contour keep of it."""
+    """Return the verdict: orders above N after the correction and before it, and those obtained from points of the contour."""
     purity, (before, after) = plan.purity, findings.impurity
     endless = purity.count is None
     what = "orders differ from the law's by" if endless else f"orders above {purity.count} are"
@@ -38,19 +38,19 @@ def sentence(plan: Plan, findings: Findings) -> str:
     text = f"{clean}: {what} {left} of order {purity.reference} (before: {before:.2g})"
     shares = [purity.share(proof.recovered) for proof in findings.proofs.values() if proof.recovered is not None]
     if shares:
-        more = "" if max(shares) < _ENOUGH else ", which more points make cleaner"
+        more = "" if max(shares) < _ENOUGH else ", which more points reduce"
         text += f"; from {plan.spec.points} points of the contour {max(shares):.2g}{more}"
     lost = left_by_left_out(findings)
-    return text if lost < _MATTERS else f"{text}; but the orders of the record that are left out leave about {lost:.2g}"
+    return text if lost < _MATTERS else f"{text}; but orders of the record that are not corrected leave about {lost:.2g}"
 
 
 def left_by_left_out(findings: Findings) -> float:
-    """What all orders of the record together leave that are not corrected for: about the root of the squares."""
+    """Return the residual of all orders of the record that are not corrected: about the root of the sum of squares."""
     return math.hypot(*(one.share for one in findings.left_out))
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a correction; contours in the plane that turns with the cam, what does not apply is not a number."""
+    """Return the Dataset of a correction; contours in the plane that turns with the cam, numbers that do not apply are NaN."""
     f, u, pairs = findings, plan.unit, "version tau"
     shares = [{"what": r.what, "share": r.share} for r in f.residuals]
     quantities = [
@@ -64,9 +64,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("shaft_speed", plan.shaft.speed(f.tau), "speed of the camshaft", "rad/s", "tau"),
         Quantity("output_over_time", f.output, "motion of the output", u, pairs),
         Quantity("acceleration", f.acceleration, "acceleration of the output", f"{u}/s^2", pairs),
-        Quantity("residual", [r.what for r in f.residuals], "what is not as the cam was made for", "", "residual"),
-        Quantity("share", [r.share for r in f.residuals], "what is left, as a share", "", "residual"),
-        *table("residuals", shares, "what is left", {"what": ("what it is of", ""), "share": ("share", "")}),
+        Quantity("residual", [r.what for r in f.residuals], "deviation from the assumptions of the cam", "", "residual"),
+        Quantity("share", [r.share for r in f.residuals], "residual as a share", "", "residual"),
+        *table("residuals", shares, "residuals", {"what": ("deviation that causes it", ""), "share": ("share", "")}),
         *_tables(plan, f),
         *_orders(plan, f),
         *_speed(plan),
@@ -78,7 +78,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _count(plan: Plan) -> int:
-    """The orders in the Dataset: those shown, and all that are measured."""
+    """Return the number of orders in the Dataset: those shown, and all measured ones."""
     return max(plan.orders, plan.measured.comparison.measured.count if plan.measured is not None else 0)
 
 
@@ -165,11 +165,11 @@ def _contours(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("normal_y", over_turn(lambda c: c.normals.imag), "normal, y", "", along),
         Quantity("curvature", over_turn(lambda c: c.curvature), "curvature of the contour", "1/m", along),
         Quantity("pressure_angle", over_turn(lambda c: c.pressure_angle), "pressure angle", "rad", along),
-        Quantity("uncut", over_turn(lambda c: c.uncut), "what the roller leaves, 0: an edge", "", along),
+        Quantity("uncut", over_turn(lambda c: c.uncut), "margin against undercut, 0 at an edge", "", along),
         Quantity("moved", over_turn(lambda c: c.moved)[1], "corrected contour, outwards", "m", "cam cam_angle"),
         Quantity("least_radius", radius(lambda s: s.convex), "least radius of curvature, convex", "m", each),
         Quantity("hollow_radius", radius(lambda s: s.hollow), "least radius of curvature, hollow", "m", each),
-        Quantity("largest_roller", roller, "largest roller that cuts nothing away", "m", each),
+        Quantity("largest_roller", roller, "largest roller without undercut", "m", each),
         Quantity("base_radius", once(lambda c: c.shape.base.value), "least radius of the contour", "m", each),
         Quantity("common_pressure_angle", COMMON[plan.lever_unit], "common pressure angle, at most", "rad", ""),
         Quantity("follower_x", np.array([p.real for p in places], float), "roller or face at cam angle 0, x", "m", "cam"),
@@ -206,7 +206,7 @@ def _summary(plan: Plan, f: Findings) -> list[Quantity]:
     return [
         Quantity("unit", plan.unit, "unit of the output"),
         Quantity("harmonics", purity.count, "number N of harmonics of the law"),
-        Quantity("reference_order", purity.reference, "order with which others are compared"),
+        Quantity("reference_order", purity.reference, "reference order of the comparison"),
         Quantity("orders_before", before, "amplitudes of the acceleration, original cam", unit),
         Quantity("orders_after", after, "amplitudes of the acceleration, corrected cam", unit),
         Quantity("before", f.impurity[0], f"{share}, original cam"),
@@ -225,7 +225,7 @@ def _summary(plan: Plan, f: Findings) -> list[Quantity]:
         _record(plan, f),
         Quantity("min_curvature_radius", radius, "least radius of curvature of a corrected cam, convex", "m", headline=True),
         Quantity("max_pressure_angle", angle, "largest pressure angle of a corrected cam", "rad", headline=True),
-        Quantity("undercut", False if contours else None, "whether a follower cuts off parts of a corrected contour"),
+        Quantity("undercut", False if contours else None, "true if a follower cuts off parts of a corrected contour"),
         group("contours", [_of_cam(plan, f, name) for name in contours], "sizes of each cam, original and corrected"),
         _comparison(plan),
     ]
@@ -248,14 +248,14 @@ def _record(plan: Plan, f: Findings) -> Quantity:
         Quantity("orders", list(fit.orders), "orders fitted"),
         Quantity("turns", fit.turns, "number of turns"),
         Quantity("samples", fit.samples, "number of samples"),
-        Quantity("explained", fit.explained, "share of the variance that is explained"),
-        Quantity("residual_rms", fit.residual_rms, "root mean square of what is left", fit.unit),
+        Quantity("explained", fit.explained, "explained share of the variance"),
+        Quantity("residual_rms", fit.residual_rms, "root mean square of the residual", fit.unit),
         Quantity("unit", fit.unit, "unit of the record"),
         Quantity("mean_error", float(fit.standard_errors[0]), "standard error of the mean speed", "rad/s"),
         Quantity("zero", fit.origin, "time at which the first turn begins", "s"),
-        Quantity("left_by_errors", f.from_errors, "what the standard errors leave, as a share"),
-        Quantity("left_by_left_out", left_by_left_out(f), "what the orders left out leave, as a share"),
-        Quantity("left_out", left_out, "orders that are left out", parts=of_left_out),
+        Quantity("left_by_errors", f.from_errors, "residual due to the standard errors, as a share"),
+        Quantity("left_by_left_out", left_by_left_out(f), "residual due to the orders left out, as a share"),
+        Quantity("left_out", left_out, "orders left out", parts=of_left_out),
     ]
     return group("record", numbers, what)
 
@@ -265,7 +265,7 @@ def _of_cam(plan: Plan, f: Findings, name: str) -> Quantity:
     missing = sum(end - begin for begin, end in before.shape.missing) / (2 * math.pi)
     numbers = [
         *(_size(version, c.shape) for version, c in zip(VERSIONS, (before, after), strict=True)),
-        Quantity("moved", float(np.abs(after.moved).max()), "largest distance by which the contour is moved", "m"),
+        Quantity("moved", float(np.abs(after.moved).max()), "largest displacement of the contour", "m"),
         Quantity("chord", after.chord, "largest distance of chords between points", "m"),
         Quantity("missing_before", missing, "share of a turn without a contour, original cam"),
         Quantity("roller_radius", plan.after[name].roller_radius, "radius of the roller", "m"),
@@ -283,28 +283,28 @@ def _size(version: str, shape: Shape) -> Quantity:
         Quantity("largest_roller", shape.largest_roller, "largest roller without undercut", "m"),
         radius("min_curvature_radius", shape.convex, "least radius of curvature, convex"),
         radius("min_hollow_radius", shape.hollow, "least radius of curvature, hollow"),
-        radius("largest_wheel", shape.wheel, "largest wheel that grinds it"),
+        radius("largest_wheel", shape.wheel, "largest grinding wheel"),
     ]
     return group(version, numbers, f"{version} cam")
 
 
 def _comparison(plan: Plan) -> Quantity:
-    what, unit, m = "measured acceleration, and how much of it is explained", f"{plan.unit}/s^2", plan.measured
+    what, unit, m = "measured acceleration, and the explained share", f"{plan.unit}/s^2", plan.measured
     if m is None:
         return Quantity("measured", None, what)
     of_orders = float((m.comparison.measured.amplitudes**2).sum()) / 2
     delay, without = (None, None) if plan.delay is None else plan.delay
     of_record = explained(m, m.comparison.share)
     numbers = [
-        Quantity("cam", m.cam, "cam with which it was measured"),
-        Quantity("explained", of_record, "share of the variance of the whole record that is explained"),
-        Quantity("explained_orders", m.comparison.share, "share of that of the orders fitted"),
-        Quantity("noise_rms", m.noise, "root mean square of what is in no order", unit),
+        Quantity("cam", m.cam, "cam of the measurement"),
+        Quantity("explained", of_record, "explained share of the variance of the whole record"),
+        Quantity("explained_orders", m.comparison.share, "explained share of the variance of the fitted orders"),
+        Quantity("noise_rms", m.noise, "root mean square outside the fitted orders", unit),
         Quantity("rms", math.sqrt(of_orders + m.noise**2), "root mean square of the record about its mean", unit),
         Quantity("turns", m.turns, "number of turns"),
         Quantity("orders", m.comparison.measured.count, "number of orders fitted"),
         Quantity("zero", plan.zero, "time at which the cam angle is zero", "s"),
-        Quantity("delay", delay, "angle by which it comes later than computed", "rad"),
-        Quantity("explained_without_delay", without, "share of its orders that would be explained without that"),
+        Quantity("delay", delay, "delay against the computed motion, as an angle", "rad"),
+        Quantity("explained_without_delay", without, "share of its orders explained without the delay"),
     ]
     return group("measured", numbers, what)

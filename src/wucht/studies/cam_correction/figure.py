@@ -1,4 +1,4 @@
-"""The figure of a cam's correction: acceleration before and after, speed of the shaft, the cams and by what they differ."""
+"""The figure of a cam's correction: acceleration before and after, speed of the shaft, the cams and their difference."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ LOOKS: dict[str, dict[str, Any]] = {
     "corrected": {"color": COLOURS[0], "linestyle": "-"},
 }
 _CAMS = {"counter": (COLOURS[2], "counter cam"), "outer": (COLOURS[4], "outer flank")}
-_FINE = 1e-4  # m: less is drawn in micrometres
+_FINE = 1e-4  # m: smaller displacements are drawn in micrometres
 _NAMES = {"original": "original cam", "corrected": "corrected cam"}
-_LEAST = 1e-12  # of order 1: what is less is drawn there
+_LEAST = 1e-12  # of order 1: smaller amplitudes are drawn at this floor
 _LEAST_MEASURED, _MOST_MEASURED = 1e-5, 1e-2  # of the largest order: between these the axis begins
 _LEFT_OUT = "#BBBBBB"
 _RPM = 30 / np.pi
@@ -33,7 +33,7 @@ _MOST_TICKS = 15
 
 
 def _draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
-    """Four panels: the contours, their difference, the pressure angle (of a flat face the motion), the radius of curvature."""
+    """Draw four panels: contours, their difference, pressure angle (of a flat face the motion), radius of curvature."""
     _contour(axes[0], result)
     _moved(axes[1], result)
     if np.isfinite(result.roller_radius.values).any():
@@ -44,7 +44,7 @@ def _draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
 
 
 def _draw_table(axis: Axes, result: xr.Dataset, name: str, called: str, per: str = "") -> None:
-    """The motion of the output over the cam angle, or a derivative of it."""
+    """Draw the motion of the output over the cam angle, or a derivative of it."""
     scale, unit = travel_unit(result.output)
     for version, look in LOOKS.items():
         values = scale * result[name].sel(version=version).values
@@ -54,7 +54,7 @@ def _draw_table(axis: Axes, result: xr.Dataset, name: str, called: str, per: str
 
 
 def _versions(axis: Axes, names: list[str], curve: Callable[[str, str], tuple[np.ndarray, np.ndarray]]) -> None:
-    """Of each cam and each version of it a curve; the counter cam and the outer flank have colours of their own."""
+    """Draw a curve for each cam and version; the counter cam and the outer flank have separate colours."""
     for name in names:
         for version, look in LOOKS.items():
             axis.plot(*curve(name, version), linewidth=1.1, **look | {"color": _colour(name, version)})
@@ -69,7 +69,7 @@ def _all(result: xr.Dataset) -> list[str]:
 
 
 def _once(result: xr.Dataset) -> list[str]:
-    """Cams, and of the flanks of a groove, which go together, one."""
+    """Return the names of the cams, with one flank of a groove, since both flanks move together."""
     return [name for name in _all(result) if name != "outer"]
 
 
@@ -93,7 +93,7 @@ def _contour(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _follower(axis: Axes, of: xr.Dataset, y: np.ndarray) -> None:
-    """At cam angle 0: a roller, or a flat face."""
+    """Draw the follower at cam angle 0: a roller, or a flat face."""
     x0, y0, r = (1e3 * float(of[name]) for name in ("follower_x", "follower_y", "roller_radius"))
     if np.isfinite(r):
         draw_circle(axis, x0, y0, r, color=FOLLOWER, linewidth=1.2, label="roller")
@@ -102,7 +102,7 @@ def _follower(axis: Axes, of: xr.Dataset, y: np.ndarray) -> None:
 
 
 def _moved(axis: Axes, result: xr.Dataset) -> None:
-    """To scale the contours can hardly be told apart."""
+    """Draw the displacement of the contours, which are hard to distinguish to scale."""
     scale, unit = (1e3, "mm") if np.abs(result.moved.values).max() >= _FINE else (1e6, "µm")
     axis.axhline(0, color=GREY, linewidth=0.8)
     for name in _once(result):
@@ -123,7 +123,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _radius(axis: Axes, result: xr.Dataset) -> None:
-    """Of curvature of the contour; none is drawn where it is nearly straight."""
+    """Draw the radius of curvature of the contour, except where it is nearly straight."""
     degrees, shown = np.degrees(result.cam_angle.values), radii_of_curvature(result)[0]
     _versions(axis, _all(result), lambda name, version: (degrees, shown.sel(version=version, cam=name).values))
     axis.axhline(0, color=GREY, linewidth=0.8)
@@ -134,7 +134,7 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
+    """Draw panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
     cams, measured = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
     drawn, axes = new_grid(2 * (3 + cams + measured), result.attrs["title"], result.attrs["sentence"], heights=_ROW)
     for panel, axis in zip((_over_time, _spectrum, _speed, _speed_orders), axes, strict=False):
@@ -179,7 +179,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
         draw_bars_from(axis, floor / 2, k + side, values, color=LOOKS[version]["color"], **HATCHED[side < 0])
     if np.isfinite(result.recovered.values).any():
-        recovered = np.maximum(np.fmax.reduce(result.recovered.values), floor)  # NaN where an order was not looked for
+        recovered = np.maximum(np.fmax.reduce(result.recovered.values), floor)  # NaN for orders that were not computed
         axis.plot(k, recovered, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
     name = f"{_LEAST:.0e} of order {s['reference_order']}, or less"
     axis.axhline(floor, color=GREY, linestyle="-.", linewidth=0.8, label=name)
@@ -189,7 +189,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
-    """A logarithmic axis from below a floor, with a tick every so many decades."""
+    """Set a logarithmic axis from below a floor, with a tick every so many decades."""
     axis.set_yscale("log")
     plain_decades(axis.yaxis)
     axis.set_ylim(floor / 2, 3 * highest)
@@ -206,7 +206,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _speed_orders(axis: Axes, result: xr.Dataset) -> None:
-    """Those that are corrected for, and those of a record that are not."""
+    """Draw the orders of the speed that are corrected, and those of a record that are left out."""
     j, errors, others = result.speed_order.values, result.speed_error.values, result.left_out_order.values
     frame: dict[str, Any] = {"width": 0.6, "edgecolor": GREY, "linewidth": 0.4, "capsize": 2}
     bars = errors if np.isfinite(errors).any() else None
@@ -218,7 +218,7 @@ def _speed_orders(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _measured_time(axis: Axes, result: xr.Dataset) -> None:
-    """As figures 2 and 4 of 004: beside what the cam should make. The samples are those of all turns."""
+    """Draw the measured acceleration beside the computed one, as figures 2 and 4 of 004, with samples of all turns."""
     version, time = result.wucht.summary["measured"]["cam"], 1e3 * result.time.values
     sampled = time[-1] * result.sample_tau.values / (2 * np.pi)
     dots: dict[str, Any] = {"color": GREY, "marker": ".", "linestyle": "", "markeredgewidth": 0}
@@ -236,7 +236,7 @@ def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
     highest = float(np.nanmax(both))
     floor = min(max(_LEAST_MEASURED * highest, 0.5 * float(np.nanmin(both))), _MOST_MEASURED * highest)
     for side, values, of in zip((-0.2, 0.2), both, (colour, COLOURS[6]), strict=True):
-        shown = np.maximum(values, floor)  # what there is not stays so
+        shown = np.maximum(values, floor)  # NaN stays NaN
         draw_bars_from(axis, floor / 2, k + side, shown, color=of, edgecolor=GREY, linewidth=0.3)
     _decades(axis, floor, highest, 1)
     _order_axis(axis, len(k))

@@ -1,4 +1,4 @@
-"""Question and cam drive -> plan: law, shaft, cams before and after; records, among them measured accelerations by orders.
+"""Spec and cam drive -> plan: law, shaft, cams before and after; records, among them measured accelerations by orders.
 
 A record of the output's acceleration -> its orders about the shaft's speed, by least squares: the record need not be cut.
 """
@@ -30,23 +30,26 @@ from wucht.numerics.harmonics import Harmonics
 from wucht.schema import Unit
 from wucht.studies.cam_correction.spec import Acceleration, CamCorrection
 
-_FREE_FROM = 3.0  # turns: in fewer the record does not say at which speed it repeats
+_FREE_FROM = 3.0  # turns: a shorter record does not determine the speed at which it repeats
 _NEAR = 0.01  # of omega: the same speed
-_DRIFTS = 1e-3  # of omega: another one than was said
-_LITTLE = 0.5  # of the mean square is explained
+_DRIFTS = 1e-3  # of omega: differs from the stated speed
+_LITTLE = 0.5  # of the mean square: a smaller explained share is warned of
 _UNITS = {"rad": Unit("rad/s^2", "angular acceleration"), "m": Unit("m/s^2", "acceleration")}
-_ENDLESS = 60  # orders shown of a law that has no end of them
-_MATTERS, _ERRORS = 1e-3, 3.0  # of the mean speed, and standard errors: an order left out that is told
-_TOLD = (1, 2)  # orders that the fit itself tells of
+_ENDLESS = 60  # orders shown of a law with infinitely many
+_MATTERS, _ERRORS = 1e-3, 3.0  # of the mean speed, and standard errors: an order left out that is warned of
+_TOLD = (1, 2)  # orders that the fit itself warns of
 _AGREES, _BETTER = 0.5, 0.005  # of the mean square: what a delay must explain at least, and how much more than none
-_ABOVE = 0.1  # of the root mean square: so much of the computed motion above the orders that are fitted is told
+_ABOVE = 0.1  # of the root mean square: a larger share of the computed motion above the fitted orders is warned of
 Cams = Mapping[str, Cam]
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """channel: the record in rad/s^2 or m/s^2. comparison: of its orders with what the cam makes. cam: which one. noise: what
-    is left of the record, root mean square, in the same unit. turns: of the record. notes: what to check, in sentences."""
+    """Measured acceleration beside the computed one.
+
+    channel: the record in rad/s^2 or m/s^2. comparison: of its orders with the computed motion. cam: original or corrected.
+    noise: root mean square of the residual, in the same unit. turns: of the record. notes: what to check, in sentences.
+    """
 
     channel: Channel
     comparison: Comparison
@@ -57,10 +60,10 @@ class Measured:
 
 
 def measured(asked: Acceleration, folder: Path, unit: str, most: int, law: Law, shaft: ShaftMotion, zero: float) -> Measured:
-    """The record beside what the cam for ``law`` makes.
+    """Compare the record with the motion that the cam for ``law`` makes.
 
-    unit: of the output. most: orders that are fitted if nothing is said. law: over the cam angle. zero: the time at which the
-    cam angle is zero if nothing is said. Raises ``InputError`` for a record that cannot be read, has another dimension, is
+    unit: of the output. most: default number of fitted orders. law: over the cam angle. zero: default time at which the cam
+    angle is zero. Raises ``InputError`` for a record that cannot be read, has another dimension, is
     shorter than a turn or has gaps or too few samples.
     """
     channel = _in_unit(
@@ -76,7 +79,7 @@ def measured(asked: Acceleration, folder: Path, unit: str, most: int, law: Law, 
 
 
 def _in_unit(channel: Channel, asked: Acceleration, unit: str) -> Channel:
-    """In the output's unit/s^2. Raises ``InputError``, that of a unit that was given at its key."""
+    """Convert the record to the output's unit/s^2. Raises ``InputError``, at the key of the unit if that is given."""
     if asked.radius is not None and unit != "rad":
         raise InputError("study.acceleration.radius", asked.radius, "the output slides: there is no circle about an axis")
     try:
@@ -91,7 +94,7 @@ def _in_unit(channel: Channel, asked: Acceleration, unit: str) -> Channel:
 
 
 def _is_straight(channel: Channel) -> bool:
-    """Whether its unit is one of an acceleration along a way."""
+    """True if its unit is that of an acceleration along a path."""
     try:
         channel.in_si(_UNITS["m"])
     except InputError:
@@ -100,7 +103,7 @@ def _is_straight(channel: Channel) -> bool:
 
 
 def _fitted(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[Harmonics, float, float]:
-    """The orders, their phases from the time zero on, what is left of the samples, and the speed at which they repeat."""
+    """Return the orders with phases from the time zero on, the rms of the residual, and the speed at which they repeat."""
     model, centre = OrderModel(orders, Mean.FREE), float(channel.time[0] + channel.time[-1]) / 2
     time, theta = channel.time - centre, np.zeros(model.size)
     theta[0] = omega
@@ -131,10 +134,13 @@ def _notes(comparison: Comparison, cam: str, ratio: float) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """law, corrected: of the output over the cam angle, in ``unit``; levers: what moves the follower for both. purity: of the
-    acceleration. closure: the linkage. before, after: the cams of both by name, none without a follower. fit: of the record of
-    the speed. measured: of that of the acceleration, zero: the time in s of its clock at which the cam angle is zero, delay: by
-    how much in rad of tau it comes after the motion computed, and what would be explained without that; None if no more."""
+    """Laws, shaft, cams and records of a correction.
+
+    law, corrected_law: of the output over the cam angle, in ``unit``; levers: motion of the follower for both. purity: of the
+    acceleration. closure: the linkage. before, after: the cams of both by name, none without a follower. fit: of the record
+    of the speed. measurement: record of the acceleration, zero: the time in s of its clock at which the cam angle is zero.
+    delay: of the record against the computed motion in rad of tau, and the share explained without it; None if not larger.
+    """
 
     spec: CamCorrection
     drive: CamDrive
@@ -157,10 +163,10 @@ class Plan:
 
 
 def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
-    """The plan.
+    """Return the plan.
 
-    Raises ``InputError``: there is no such law, the output stands still, nothing says how the shaft turns, it turns back, a
-    record cannot be used, or the linkage or the follower cannot make the motion.
+    Raises ``InputError``: there is no such law, the output stands still, the motion of the shaft is not given, it turns back,
+    a record cannot be used, or the linkage or the follower cannot make the motion.
     """
     motion, shaft, fit = drive.motion, drive.turning, drive.measured
     purity = Purity.of(motion.law, motion.count)
@@ -172,7 +178,7 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
         law = motion.law if spec.acceleration.cam == "original" else corrected
         record = _measured(spec.acceleration, drive, orders, law, zero)
         zero, few = zero if spec.acceleration.zero is None else spec.acceleration.zero, _too_few(record, law, shaft)
-        delay = None if few else _delay(record)  # at a wrong speed the record is out of phase all the same
+        delay = None if few else _delay(record)  # at a wrong speed the record is out of phase in any case
         notes += [*record.notes, *few, *_late(record, delay, shaft.mean, zero)]
     return Plan(
         spec=spec,
@@ -197,7 +203,7 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
 
 
 def _measured(asked: Acceleration, drive: CamDrive, orders: int, law: Law, zero: float) -> Measured:
-    """See ``measured``. Raises ``InputError``, that of a column without orders at its key."""
+    """Return the measured acceleration. Raises ``InputError``, at its key for a column without orders."""
     try:
         return measured(asked, drive.folder, drive.motion.unit, orders, law, drive.turning, zero)
     except InputError as error:
@@ -207,55 +213,55 @@ def _measured(asked: Acceleration, drive: CamDrive, orders: int, law: Law, zero:
 
 
 def _delay(record: Measured) -> tuple[float, float] | None:
-    """See ``Plan``: only where it explains noticeably more, and most of the record."""
+    """Return the delay of ``Plan``: only where it explains noticeably more, and most of the record."""
     delay, share = record.comparison.delayed
     better = share > record.comparison.share + _BETTER and explained(record, share) > _AGREES
     return (delay, share) if better else None
 
 
 def explained(record: Measured, share: float) -> float:
-    """Of the whole record about its mean, where this share of the mean square of its orders is explained."""
+    """Return the explained share of the whole record about its mean, from that of the mean square of its orders."""
     of_orders = float((record.comparison.measured.amplitudes**2).sum()) / 2
     return share * of_orders / (of_orders + record.noise**2)
 
 
 def _late(record: Measured, delay: tuple[float, float] | None, omega: float, zero: float) -> list[str]:
-    """What to do about a delay. zero: when the cam angle is zero, in s."""
+    """Return a note on a delay of the record. zero: time at which the cam angle is zero, in s."""
     if delay is None:
         return []
     by, share = delay
     late = f"{abs(math.degrees(by)):.3g}° ({abs(1e3 * by / omega):.3g} ms) {'later' if by > 0 else 'earlier'}"
     return [
-        f"The measured acceleration comes {late} than that computed for the {record.cam} cam; without this {share:.1%} of its "
-        "orders would be explained. Check the delay of the sensor's filter, how the cam sits on its shaft, and the clocks of "
-        f'the records; study.acceleration.zero = "{zero + by / omega:.6g} s" takes it out.'
+        f"The measured acceleration comes {late} than that computed for the {record.cam} cam; without it {share:.1%} of its "
+        "orders would be explained. Check the delay of the sensor's filter, the cam's angle on its shaft, and the clocks of "
+        f'the records; study.acceleration.zero = "{zero + by / omega:.6g} s" removes it.'
     ]
 
 
 def _too_few(record: Measured, law: Law, shaft: ShaftMotion) -> list[str]:
-    """Where the motion computed has orders above those that are fitted."""
+    """Return a note where the computed motion has orders above the fitted ones."""
     count, powers = record.comparison.measured.count, orders_of(MotionOverTime(law, shaft)).amplitudes ** 2
     above = np.sqrt(np.append(np.cumsum(powers[::-1])[::-1], 0.0) / powers.sum())  # above[n]: of orders from n + 1 on
     if above[count] <= _ABOVE:
         return []
     enough = int(np.argmax(above <= _ABOVE**2))
     return [
-        f"Only {count} orders are fitted to the measured acceleration, and the motion computed holds {above[count]:.0%} of its "
-        f"root mean square above them. What is left is not noise, and the speed at which they repeat is not known well: "
+        f"Only {count} orders are fitted to the measured acceleration; the computed motion has {above[count]:.0%} of "
+        f"its root mean square above them. The residual is not noise, and the speed of repetition is uncertain: "
         f"take study.acceleration.orders = {enough}."
     ]
 
 
 def _of_record(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
-    """What to check of the record of the speed, in sentences."""
+    """Return what to check of the record of the speed, in sentences."""
     if fit is None or drive.speed is None:
         return ()
     notes = list(fit.warnings)
-    by_itself = fit.unit == "rad" and drive.speed.pulses_per_turn is None  # an angle has a zero of its own
+    by_itself = fit.unit == "rad" and drive.speed.pulses_per_turn is None  # an angle defines its zero
     if drive.speed.index is None and not by_itself:
         notes.append(
             f"The record has no index pulse: cam angle zero is taken to be at {fit.origin:.6g} s. The phase of the speed "
-            "against the cam is not free; the line 'left if' says what a degree does."
+            "against the cam matters; the line 'left if' states the effect of one degree."
         )
     for left in fit.notable():
         if left.order not in _TOLD and left.amplitude > max(_ERRORS * left.error, _MATTERS * fit.speed.mean):

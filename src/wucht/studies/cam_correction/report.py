@@ -1,4 +1,4 @@
-"""The answer of a cam's correction in words."""
+"""The report of a cam's correction."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from wucht.results.formatting import formats, in_lines
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST, _FEW = 6, 4  # orders named one by one, and with what is known of them
+_MOST, _FEW = 6, 4  # orders listed at most, and those listed with details
 _RPM = 30 / math.pi
 _NOTHING = 1e-4  # of order 1
 _CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a correction."""
+    """Return the lines that ``wucht run`` prints for a correction."""
     s = result.wucht.summary
     lines = [*_shaft(result, s), *_motion(s), *_left(s), *_contours(s)]
     if s["measured"] is not None:
@@ -36,7 +36,7 @@ def _shaft(result: xr.Dataset, s: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _record(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
-    """What is left of the record of the speed, and what that leaves of the motion."""
+    """Return lines on the residual of the record of the speed, and its effect on the motion."""
     rest = f"{math.degrees(r['residual_rms']):.3g}° rms" if r["unit"] == "rad" else f"{_RPM * r['residual_rms']:.3g} rpm rms"
     explained = f"orders explain {r['explained']:.2%}, {rest} left"
     noise = f"the noise leaves {_about(r['left_by_errors'])}"
@@ -55,16 +55,16 @@ def _record(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
 
 
 def _measured(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, str]]:
-    """The measured acceleration beside the one computed."""
+    """Return lines on the measured acceleration beside the computed one."""
     unit, orders = f"{s['unit']}/s^2", f"{m['orders']} orders" if m["orders"] > 1 else "1 order"
-    explained = f"{max(m['explained'], 0.0):.1%} explained by the motion computed for the {m['cam']} cam"
+    explained = f"{max(m['explained'], 0.0):.1%} explained by the computed motion of the {m['cam']} cam"
     of_orders = f"{max(m['explained_orders'], 0.0):.1%} of its {orders}"
-    beside = f"{m['noise_rms']:.4g} of {m['rms']:.4g} {unit} rms are in none of these"
+    beside = f"{m['noise_rms']:.4g} of {m['rms']:.4g} {unit} rms lie outside these"
     lines = [("measured", f"{m['turns']:.3g} turns: {explained} ({of_orders}; {beside})")]
     if m["delay"] is not None:
         by = f"{abs(math.degrees(m['delay'])):.3g}° ({abs(1e3 * m['delay'] / s['mean_speed']):.3g} ms)"
         late = f"{by} {'later' if m['delay'] > 0 else 'earlier'} than computed"
-        lines.append(("", f"it comes {late}; without that {m['explained_without_delay']:.1%} of its orders would be explained"))
+        lines.append(("", f"it comes {late}; without it {m['explained_without_delay']:.1%} of its orders would be explained"))
     return lines
 
 
@@ -80,7 +80,7 @@ def _motion(s: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _left(s: dict[str, Any]) -> list[tuple[str, str]]:
-    """What is left where something is otherwise; the orders left out in one line."""
+    """Return lines on the residuals under deviating conditions; the orders left out in one line."""
     orders = [r for r in s["residuals"] if r["what"].startswith("order ")]
     others = [r for r in s["residuals"] if r not in orders]
     lines = [("left if", f"{_percent(r['share']):>7}  {r['what']}") for r in others]

@@ -1,4 +1,4 @@
-"""Plan -> findings: the motion over time, cam tables, contours, what is left where something is otherwise, and the proof."""
+"""Plan -> findings: motion over time, cam tables, contours, residuals under deviating conditions, and the proof."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ from wucht.numerics.harmonics import Harmonics, even_angles
 from wucht.studies.cam_correction.prepare import Cams, Plan
 
 TIMES = 721  # at which the motion over time is given, the first again at the end
-_RECOVERED = 1024  # times at which the follower on the milled points is looked for
-_OFF = 2e-3  # of the stroke: it is looked for beside where it should be
-_ERRORS = 3.0  # standard errors: an order that is left out and larger is there
-_MOST, _NOTHING = 6, 1e-4  # of them that are looked at, the largest; of order 1: what leaves less does not matter
-_SAMPLES = 3000  # of a record that are shown
+_RECOVERED = 1024  # times at which the follower on the milled points is computed
+_OFF = 2e-3  # of the stroke: the search begins beside the expected position
+_ERRORS = 3.0  # standard errors: a larger order that is left out is significant
+_MOST, _NOTHING = 6, 1e-4  # largest of them that are examined; of order 1: a residual that does not matter
+_SAMPLES = 3000  # of a record, shown in the figure
 
 
 @dataclass(frozen=True, eq=False)
 class Contour:
-    """Of a cam at the cam angles (N,): points and normals (away from the centre) complex in m, curvature in 1/m (positive where
-    the material bulges), pressure angle in rad, uncut: 0 at an edge. moved: how far the points lie outside of the original
-    contour, in m. chord: by how much in m chords between the points leave the contour. shape: what all of it is like.
+    """Contour of a cam at the cam angles (N,): points and normals (away from the centre) complex in m, curvature in 1/m.
+
+    Curvature is positive where the contour is convex; pressure angle in rad; uncut: 0 at an edge. displacement: distance in m
+    of the points outside the original contour. chord: largest distance in m between chords and contour. shape: its sizes.
     """
 
     points: np.ndarray
@@ -50,8 +51,8 @@ class Contour:
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The acceleration over omega^2 from the points of a corrected cam, and from these rounded; None where none was found, and
-    notes why."""
+    """Acceleration over omega^2 from the points of a corrected cam, and from these rounded; None where it fails, with
+    notes."""
 
     recovered: Harmonics | None
     rounded: Harmonics | None
@@ -60,7 +61,7 @@ class Proof:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """An order of the speed that a record holds and nothing corrects for. amplitude, error: in rad/s. share: what it leaves."""
+    """Order of the speed in a record that is not corrected. amplitude, error: in rad/s. share: its residual."""
 
     order: int
     amplitude: float
@@ -70,12 +71,12 @@ class LeftOut:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Each pair is of the original and of the corrected cam.
+    """Motion, contours and residuals; each pair is for the original and the corrected cam.
 
     tau (T,): time as an angle. output, acceleration: over tau, the latter in the output's unit/s^2. spectrum: of the latter,
     over omega^2, impurity: its share above N. table, lever: derivatives 0 to 3 (4, N) by the cam angle of output and follower.
-    contours, proofs: by the name of the cam. from_errors, left_out: what is left of the record's standard errors, and of its
-    orders that are not corrected for. samples: tau (S,) and measured acceleration (S,) of a record, folded over a turn.
+    contours, proofs: by the name of the cam. from_errors, left_out: residuals of the record's standard errors, and of orders
+    that are not corrected. samples: tau (S,) and measured acceleration (S,) of a record, folded over a turn.
     """
 
     tau: np.ndarray
@@ -96,7 +97,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """All at once: it takes a few seconds. Raises ``InputError`` (follower...) where the corrected cam would be cut away."""
+    """Yield the findings once. Raises ``InputError`` (follower...) where the corrected cam would be cut away."""
     work.report(0.0, "motion over time")
     over_time = [MotionOverTime(law, plan.shaft) for law in (plan.law, plan.corrected)]
     found = [orders(motion) for motion in over_time]
@@ -135,14 +136,14 @@ def _derivatives(law: Law, angles: np.ndarray) -> np.ndarray:
 
 
 def _left(plan: Plan) -> tuple[Residual, ...]:
-    """What is left where something is not as the cam was made for."""
+    """Return the residuals where one condition deviates from the assumptions of the cam."""
     return tuple(r for r in residuals(plan.law, plan.purity.count, plan.shaft) if r.what != "as measured")
 
 
 def _left_by_errors(plan: Plan, left: tuple[Residual, ...]) -> float | None:
-    """What the standard errors of the record's orders leave, as the residuals do.
+    """Return the residual due to the standard errors of the record's orders.
 
-    What an order leaves is proportional to it, and the errors of different orders are independent: the root of the squares.
+    The residual of an order is proportional to it, and errors of different orders are independent: the root of the squares.
     """
     if plan.fit is None:
         return None
@@ -153,7 +154,7 @@ def _left_by_errors(plan: Plan, left: tuple[Residual, ...]) -> float | None:
 
 
 def _left_out(plan: Plan) -> tuple[LeftOut, ...]:
-    """The orders that matter which the record holds beyond its noise and that are not corrected for, the largest first."""
+    """Return the significant orders of the record that are not corrected and matter, the largest first."""
     there = [] if plan.fit is None else [one for one in plan.fit.left_out if one.amplitude > _ERRORS * one.error]
     found: list[LeftOut] = []
     for one in sorted(there, key=lambda one: -one.amplitude)[:_MOST]:
@@ -164,7 +165,7 @@ def _left_out(plan: Plan) -> tuple[LeftOut, ...]:
 
 
 def _contours(plan: Plan, work: Work, cams: Cams, angles: np.ndarray) -> dict[str, Contour]:
-    """By name, each a unit of work."""
+    """Return the contours by name, each a unit of work."""
     found: dict[str, Contour] = {}
     for i, (name, cam) in enumerate(cams.items()):
         work.report(i / len(cams), f"{work.name.rstrip('/')} {CALLED[name]}")
@@ -173,7 +174,7 @@ def _contours(plan: Plan, work: Work, cams: Cams, angles: np.ndarray) -> dict[st
 
 
 def _contour(plan: Plan, name: str, cam: Cam, angles: np.ndarray) -> Contour:
-    """Judged as in a cam-contour. Raises ``InputError`` where a corrected cam is cut away; the original one may be."""
+    """Return a checked contour. Raises ``InputError`` where a corrected cam is cut away; the original one may be."""
     new = cam is plan.after[name]
     original, points, normals = _curve(plan.before[name]), cam.contour(angles), cam.normal(angles)
     shape = shapes({name: cam}, allow_undercut=not new)[name]
@@ -194,42 +195,42 @@ def _curve(cam: Cam) -> ClosedCurve:
 
 
 def _outside(curve: ClosedCurve, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """How far in m points (N,) lie from a curve, positive where they come nearer against the normals."""
+    """Return the distance in m of points (N,) from a curve, positive outside."""
     far = distances(curve, points)
     return np.where(distances(curve, points - far * normals) <= far, far, -far)
 
 
 def _folded(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
-    """Samples (S,) of the measured acceleration about its mean: tau within a turn, and the output's unit/s^2."""
+    """Return samples (S,) of the measured acceleration about its mean: tau within a turn, and the output's unit/s^2."""
     if (record := plan.measured) is None:
         return np.zeros(0), np.zeros(0)
     channel = record.channel
-    # At random: every n-th one would always be in the same phase of a turn if the shaft gave the clock.
+    # At random: every n-th sample would always lie at the same phase of a turn if the shaft gave the clock.
     some = np.random.default_rng(0).permutation(len(channel.time))[:_SAMPLES]
     speed = TURN * record.turns / float(np.ptp(channel.time))
     return np.mod(speed * (channel.time[some] - plan.zero), TURN), channel.values[some] - record.comparison.measured.mean
 
 
 def _proof(plan: Plan, name: str, exact: np.ndarray) -> Proof:
-    """From the points of a corrected cam, and from these rounded."""
+    """Recover the motion from the points of a corrected cam, and from these rounded."""
     step, found, notes = 1e-3 * 10.0**-plan.spec.decimals, list[Harmonics | None](), list[str]()
     for points in (exact, step * (np.round(exact.real / step) + 1j * np.round(exact.imag / step))):
         try:
             found.append(_recovered(plan, plan.after[name], points))
         except WuchtError as error:
             found.append(None)
-            notes.append(f"No motion could be found from {len(exact)} points of the contour ({name}): {error}; take more.")
+            notes.append(f"No motion could be recovered from {len(exact)} points of the contour ({name}): {error}; take more.")
     return Proof(found[0], found[1], tuple(notes))
 
 
 def _recovered(plan: Plan, cam: Cam, points: np.ndarray) -> Harmonics:
-    """Points -> contact with the follower -> linkage -> psi(t): a way that knows nothing of the law."""
+    """Recover psi(t) from points by contact with the follower and the linkage: a computation independent of the law."""
     phi = plan.shaft.angle(even_angles(_RECOVERED))
     nearly = plan.levers[1](phi)
     beside = nearly + _OFF * float(np.ptp(nearly)) * np.cos(phi)
     moved = MilledCam(points, cam.follower, cam.clockwise).motion(phi, beside)
     output = moved if plan.closure is None else plan.closure.output_at(moved)
-    # Twice differentiated, the rounding of orders far above those that are looked at would be all that is seen.
+    # Twice differentiated, the rounding of orders far above the examined ones would dominate.
     acceleration, most = Harmonics.sampled(output).derivative(2), max(plan.orders, 3 * (plan.purity.count or 0))
     return Harmonics(0.0, acceleration.cosine[:most], acceleration.sine[:most])
 
@@ -239,21 +240,21 @@ def _notes(plan: Plan, before: Mapping[str, Contour], after: Mapping[str, Contou
     for name, contour in before.items():
         missing = sum(end - begin for begin, end in contour.shape.missing) / TURN
         if missing > 0:
-            notes.append(f"The follower cuts {missing:.1%} of the original contour ({name}) away; the corrected one is whole.")
+            notes.append(f"The follower cuts {missing:.1%} of the original contour ({name}) away; the corrected one is intact.")
     worst = max((contour.chord for contour in after.values()), default=0.0)
     if worst > plan.spec.chord_tolerance:
         needed = math.ceil(1.01 * plan.spec.points * math.sqrt(worst / plan.spec.chord_tolerance))
         notes.append(
             f"Chords between {plan.spec.points} points leave the contour by {1e6 * worst:.3g} um, more than the tolerance of "
-            f"{1e6 * plan.spec.chord_tolerance:.3g} um: take points = {needed}, or leave the curve between them to a spline."
+            f"{1e6 * plan.spec.chord_tolerance:.3g} um: take points = {needed}, or join them by a spline."
         )
     return notes
 
 
 def _too_steep(plan: Plan, after: Mapping[str, Contour]) -> list[str]:
-    """What a cam-contour says of the pressure angle of the corrected cams."""
+    """Return the notes of a cam-contour on the pressure angle of the corrected cams."""
     if not after:
         return []
     where = 'this key belongs to study.kind = "cam-contour", with study.corrected = true'
     found = beyond_common((contour.shape for contour in after.values()), plan.lever_unit)
-    return [f"Of the corrected cam {said}; {where}" for said in found]
+    return [f"Corrected cam: {said}; {where}" for said in found]

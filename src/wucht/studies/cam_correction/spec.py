@@ -1,4 +1,4 @@
-"""The question of a cam's correction."""
+"""Spec of the study of a cam's correction."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Count = Annotated[Whole, Field(ge=1, le=_MOST_ORDERS)]
 
 
 class Acceleration(Described):
-    """A record of the acceleration of the output, to compare with."""
+    """Record of the acceleration of the output, for comparison."""
 
     file: str = Field(min_length=1, description="file of the record")
     column: str = Field(min_length=1, title="column of the record", description=(
@@ -26,18 +26,18 @@ class Acceleration(Described):
     scale: float | None = si(
         "", "factor for the column's numbers", default=None, help="factor for the column's numbers, such as -1"
     )
-    orders: Count | None = Field(None, title="number of orders", description="number of orders that are fitted to the record")
-    cam: Literal["original", "corrected"] = Field("original", description="cam with which it was measured")
+    orders: Count | None = Field(None, title="number of orders", description="number of orders fitted to the record")
+    cam: Literal["original", "corrected"] = Field("original", description="cam of the measurement")
     zero: float | None = si("s", "time at which the cam angle is zero", default=None, help=(
         "time on the record's clock at which the cam angle is zero; by default that of the record of the speed, or 0 s"
     ))  # fmt: skip
     radius: float | None = si("m", "distance of the sensor from the output's axis", default=None, gt=0, help=(
-        "distance of the sensor from the output's axis, where it measures along a circle about that"
+        "distance of the sensor from the output's axis, where it measures along a circle about this axis"
     ))  # fmt: skip
 
 
 class CamCorrection(Spec):
-    """The cam that gives the output its motion law over time although the camshaft does not turn evenly."""
+    """Cam that gives the output its motion law over time although the camshaft does not turn evenly."""
 
     kind: ClassVar[str] = "cam-correction"
     solves: ClassVar[str] = "rigid parts; the camshaft turns as its table [speed] says"
@@ -54,14 +54,14 @@ class CamCorrection(Spec):
         None, description="record of the output's acceleration to compare with, a table `[study.acceleration]`"
     )
     chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0, help=(
-        "chord tolerance of lists for the workshop: what the chords between their points leave of the correction is computed"
+        "chord tolerance of lists for the workshop: the residual with chords between their points is computed"
     ))  # fmt: skip
     decimals: Whole = Field(5, ge=0, le=12, description=(
-        "number of decimals in mm of lists for the workshop: what coordinates rounded so leave of the correction is computed"
+        "number of decimals in mm of lists for the workshop: the residual with coordinates rounded so is computed"
     ))  # fmt: skip
 
     def asked_of(self, subject: Any) -> dict[str, Any]:
-        """See ``Spec``: a changed record of the acceleration is another question."""
+        """Return the question, see ``Spec``: a changed record of the acceleration is another one."""
         asked = self.asked()
         if self.acceleration is not None:
             asked["acceleration"]["contents"] = subject.contents(self.acceleration.file)

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 CAMS = ["original", "corrected"]
 NAMES = ("position", "velocity", "acceleration", "jerk")
-_FEWEST, _MOST = 15, 100  # orders that are given
-_SIMULATED = 36  # times of a turn at which the simulated speed is given
+_FEWEST, _MOST = 15, 100  # orders in the result
+_SIMULATED = 36  # times of a turn at which the simulated speed is stored
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a prediction; of elastic outputs and shafts with what their springs leave."""
+    """Return the Dataset of a prediction; with the residuals of elastic outputs and shafts where there are any."""
     f, both, unit = findings, (findings.original, findings.corrected), plan.motion.unit
     count = min(max(3 * plan.count, _FEWEST), _MOST)
     called = ["law of the corrected cam", *(f"{name} by the cam angle" for name in NAMES[1:])]
@@ -94,8 +94,8 @@ def _of_output(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("swept_speed", swept[0].speeds, "mean speed", "rad/s", "swept_speed"),
         Quantity("residual_deviation", [s.deviation for s in swept], deviation, unit, along),
         Quantity("residual_acceleration", [s.acceleration for s in swept], acceleration, per, along),
-        Quantity("resonance_order", at.orders, "order that meets the natural frequency", "", "resonance"),
-        Quantity("resonance_speed", at.resonances, "mean speed at which it does", "rad/s", "resonance"),
+        Quantity("resonance_order", at.orders, "order at resonance with the natural frequency", "", "resonance"),
+        Quantity("resonance_speed", at.resonances, "mean speed at that resonance", "rad/s", "resonance"),
         Quantity("excited", [e.name for e in excited], "motion of the lever", "", "excited"),
         Quantity("excited_deviation", [e.deviation for e in excited], deviation, unit, "excited"),
         Quantity("excited_acceleration", [e.acceleration for e in excited], acceleration, per, "excited"),
@@ -108,18 +108,18 @@ def _of_shaft(f: Findings) -> list[Quantity]:
         return []
     cams, along = f.twists.cams, "twisted"
     return [
-        Quantity("twisted", np.array([c.name for c in cams], dtype=np.str_), "cam on the shaft that twists", "", along),
+        Quantity("twisted", np.array([c.name for c in cams], dtype=np.str_), "cam on the elastic shaft", "", along),
         Quantity("twist_residual", [c.above for c in cams], "largest order above N over order 1", "", along),
         Quantity("twist_torque", [c.torque for c in cams], "largest torque in the shaft", "N m", along),
         Quantity("twist_angle", [c.twist for c in cams], "largest twist", "rad", along),
     ]
 
 
-_BEST = 3  # motions of the elastic output that are named
+_BEST = 3  # motions of the elastic output that are listed
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a prediction."""
+    """Return the lines that ``wucht run`` prints for a prediction."""
     s, (speed, _) = result.wucht.summary, formats(result)
     above, power = s["above"], s["power"]
     most = f"; without a drive there is a corrected cam up to {s['inertia_ratio_limit']:.3g}"
@@ -129,10 +129,10 @@ def report(result: xr.Dataset) -> list[str]:
         left = f"orders above {above['orders']}: {_share(above[name])} of order 1"
         lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share(one['fluctuation'])}; {left}"))
     constant, drive = power["constant_speed"], power["corrected"]
-    taken = f"{_watts(constant['peak'])} at most, {_watts(constant['mean_positive'])} in the mean without what flows back"
-    lines.append(("even speed", f"would take {taken}"))
+    taken = f"{_watts(constant['peak'])} at most, {_watts(constant['mean_positive'])} in the mean without power flowing back"
+    lines.append(("even speed", f"would need {taken}"))
     if s["driven"] == "eigenmotion":
-        lines.append(("drive", "none: the eigenmotion saves all of that"))
+        lines.append(("drive", "none: the eigenmotion saves all of this power"))
     elif s["driven"] == "drive":
         saved = s["power_saved"]
         less = f"saved {_watts(saved['peak'])} and {_watts(saved['mean_positive'])}"
@@ -153,7 +153,7 @@ def _springs(s: dict[str, Any]) -> list[tuple[str, str]]:
     if (output := s["output"]) is not None:
         turns = output["natural_frequency"] / (2 * math.pi)
         lines.append(
-            ("elastic", f"output at {turns:.4g} Hz, damping ratio {output['damping_ratio']:.3g}; in the dwell it stays within")
+            ("elastic", f"output at {turns:.4g} Hz, damping ratio {output['damping_ratio']:.3g}; in the dwell at most")
         )
         lines += [("", f"{_size(e['deviation'], s['unit'])}: {e['name']}") for e in _named(output["excited"])]
     for one in s["shaft"] or ():
@@ -162,12 +162,12 @@ def _springs(s: dict[str, Any]) -> list[tuple[str, str]]:
             ("shaft", f"{twist}, orders above {s['above']['orders']} {_share(one['above'])} of order 1: {one['name']}")
         )
     if output is not None and s["shaft"]:
-        lines.append(("springs", "of output and shaft: each is computed with the other one rigid"))
+        lines.append(("springs", "of output and shaft: each is computed with the other rigid"))
     return lines
 
 
 def _named(excited: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The quietest motions, and each cam."""
+    """Return the motions with the least vibration, and each cam."""
     return [e for i, e in enumerate(excited) if i < _BEST or e["name"].endswith("cam")]
 
 

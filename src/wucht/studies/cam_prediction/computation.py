@@ -1,4 +1,4 @@
-"""Question and cam drive -> plan -> findings: law, shaft and springs, and how the shaft turns with either cam."""
+"""Spec and cam drive -> plan -> findings: law, shaft and springs, and the motion of the shaft with either cam."""
 
 from __future__ import annotations
 
@@ -26,14 +26,17 @@ from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, 
 from wucht.studies.cam_prediction.spec import CamPrediction
 
 _STILL = 1e-9  # of the largest velocity
-_LOOKED_AT, _SHORTEST = 3600, 36  # cam angles in which a law without restrictions is looked at, and those of a dwell, at least
+_LOOKED_AT, _SHORTEST = 3600, 36  # cam angles at which a law without restrictions is scanned, and the fewest of a dwell
 _ABOUT = (0.5, 1.5)  # times the mean speed
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """count: N, above which orders are dirt. output, twisting: springs, None where there are none. speeds: of the output's
-    vibration, rad/s."""
+    """Law, shaft and springs of a prediction.
+
+    count: N, the highest order of the law. output, twisting: elastic output and shaft, None where rigid. speeds: for the
+    vibration of the output, rad/s.
+    """
 
     motion: MotionLaw
     shaft: CamShaft
@@ -49,12 +52,12 @@ class Plan:
 
     @property
     def enforced(self) -> bool:
-        """Whether the drive holds the shaft's speed, whatever torque that takes."""
+        """True if the drive holds the shaft's speed, whatever torque that takes."""
         return self.driving is not None and self.driving.enforced
 
 
 def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
-    """The plan. Raises ``InputError`` where the table [shaft] is missing or does not fit the law, drive or loads are wrong."""
+    """Return the plan. Raises ``InputError``: table [shaft] is missing or does not fit the law, drive or loads are wrong."""
     if drive.shaft is None:
         raise InputError(
             "shaft",
@@ -72,7 +75,7 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
     if low <= 0:
         raise InputError("study.speeds", spec.speeds and list(spec.speeds), "must be above zero")
     if output is not None and not dwells:
-        raise InputError("study.dwell", None, "the law says on no arc that the output rests: give begin and end of the dwell")
+        raise InputError("study.dwell", None, "the law has no dwell: give begin and end of the dwell")
     speeds = np.linspace(low, high, spec.speed_points)
     count, turns = motion.count or spec.orders, 0 if driving is not None and driving.enforced else spec.simulate
     cuts = 0 if driving is not None and driving.enforced else spec.cuts
@@ -80,7 +83,7 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
 
 
 def dwells_of(motion: MotionLaw) -> tuple[Dwell, ...]:
-    """Where a law is asked to rest; or, where nothing was asked, where it does."""
+    """Return the dwells that a law prescribes; without any, the arcs on which it rests."""
     return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion.dwells) or _where_it_rests(motion)
 
 
@@ -101,7 +104,7 @@ def _where_it_rests(motion: MotionLaw) -> tuple[Dwell, ...]:
 
 
 def _given(motion: MotionLaw, arc: tuple[float, float]) -> Dwell:
-    """That of the question; the output rests there where the law is on the mean."""
+    """Return the dwell on the arc of the spec, with the mean of the law as its value."""
     try:
         return Dwell(*arc, float(motion.law(np.linspace(*arc, 1000)).mean()))
     except InputError as error:
@@ -113,7 +116,7 @@ _AVERAGED = 4096  # points of a turn, for means
 
 @dataclass(frozen=True)
 class Eigenmotion:
-    """How the shaft would turn at a mean speed with neither drive nor loads: its energy in J stays the same."""
+    """Motion of the shaft at a mean speed with neither drive nor loads: its energy in J is constant."""
 
     mean_speed: float
     period: float
@@ -123,9 +126,12 @@ class Eigenmotion:
 
 @dataclass(frozen=True, eq=False)
 class Turning:
-    """shaft: its motion. acceleration: of the output by orders, per s^2. above: the largest of its orders above N, as a share
-    of order 1. left: of a disturbance of the energy after a turn, as a share: below 1 the motion is stable. drive (points + 1):
-    torque of the drive over tau. eigenmotion: at the same mean speed, None where there is none."""
+    """Predicted motion of the shaft with a cam.
+
+    acceleration: of the output by orders, per s^2. above: its largest order above N, as a share of order 1. multiplier: of a
+    disturbance of the energy over a turn: below 1 the motion is stable. drive (points + 1): torque of the drive over tau.
+    eigenmotion: at the same mean speed, None where there is none.
+    """
 
     shaft: ShaftMotion
     acceleration: Harmonics
@@ -137,8 +143,8 @@ class Turning:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """What is left above order N with a cam, and the motion of the shaft that is measured with it; of a shaft for which none is
-    found: failure."""
+    """Residual above order N with a cam, and the motion of the shaft that is measured with it; where none is
+    obtained, the failure."""
 
     left: float = math.nan
     shaft: ShaftMotion | None = None
@@ -147,9 +153,12 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """tau (N,): from 0 to 2 pi. cam (4, N): the corrected law over the cam angle, at the same angles, with derivatives.
-    constant (N,): the power that output and loads take from a shaft that turns evenly. clean: what the law itself has above
-    its orders. cuts: what cams leave that are cut one after the other; failure: why there are no more of them."""
+    """Predictions with both cams, cams cut by measurement, simulations and springs.
+
+    tau (N,): from 0 to 2 pi. cam (4, N): the corrected law over the cam angle, at the same angles, with derivatives.
+    constant_speed_power (N,): power that output and loads take from a shaft that turns evenly. clean: orders of the law itself
+    above N. cuts: residuals of cams cut one after the other; failure: reason why there are no more of them.
+    """
 
     tau: np.ndarray
     original: Turning
@@ -165,7 +174,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Both motions of the shaft, each cut, each simulation, the springs. Raises ``RunError`` where there is no motion."""
+    """Compute both motions of the shaft, cuts, simulations, springs. Raises ``RunError`` where there is no motion."""
     law, tau = plan.motion.law, np.linspace(0, 2 * math.pi, plan.points + 1)
     work.report(0.0, "motion of the shaft")
     original = work.unit("original cam", lambda: _turning(plan, law, _shaft(plan, law, False), tau, False))
@@ -198,12 +207,12 @@ def _told(work: Work, share: float) -> None:
 
 
 def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
-    """The motion of the shaft; even where the drive enforces that."""
+    """Return the motion of the shaft, uniform where the drive enforces its speed."""
     if plan.enforced:
         return ShaftMotion(Harmonics.of(plan.shaft.mean_speed))
     motion = plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
     if plan.driving is not None and (stands := plan.driving.standing(motion.mean)):
-        raise RunError(f"from the mean_speed expected the shaft comes to {motion.mean:.3g} rad/s: {stands}", code="stands")
+        raise RunError(f"from the expected mean_speed the shaft comes to {motion.mean:.3g} rad/s: {stands}", code="stands")
     return motion
 
 
@@ -226,7 +235,7 @@ def _eigenmotion(plan: Plan, shaft: ShaftMotion, corrected: bool) -> Eigenmotion
 
 
 def _left(plan: Plan, cam: Law, shaft: ShaftMotion) -> float:
-    """exp of the integral of dT/dphi'/J over the time of a turn: the Floquet multiplier of dE/dphi = T(phi')."""
+    """Return exp of the integral of dT/dphi'/J over the time of a turn: the Floquet multiplier of dE/dphi = T(phi')."""
     if plan.shaft.torque is None:
         return math.nan if plan.enforced else 1.0
     tau = even_angles(_AVERAGED)
@@ -236,7 +245,7 @@ def _left(plan: Plan, cam: Law, shaft: ShaftMotion) -> float:
 
 
 def _drive(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> np.ndarray:
-    """The torque of the drive; of one that enforces the speed, what that takes."""
+    """Return the torque of the drive; where it enforces the speed, the torque needed for that."""
     if plan.driving is None:
         return np.zeros(len(tau))
     drive, load = plan.driving.torques(shaft.speed(tau))[0]
@@ -246,7 +255,7 @@ def _drive(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> np.ndar
 
 
 def _constant(plan: Plan, omega: float) -> np.ndarray:
-    """As in ``Findings``, at the mean speed that the corrected cam has."""
+    """Return the power at constant speed, at the mean speed with the corrected cam, see ``Findings``."""
     law, points = plan.motion.law, plan.points
     output = plan.shaft.output_inertia * omega**3 * law(even_angles(points), 1) * law(even_angles(points), 2)
     load = 0.0 if plan.driving is None else omega * float(plan.driving.torques(np.array([omega]))[0][1][0])

@@ -1,4 +1,4 @@
-"""The prediction confirmed: the shaft and its output simulated in time, from the predicted state, without what found it."""
+"""Confirmation of a prediction: shaft and output simulated in time from the predicted state, by independent equations."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.harmonics import Harmonics, even_angles
 
 _TURN = 2 * np.pi
-_PER_TURN = 2048  # as many as the predicted orders are sampled at: both alias alike
+_PER_TURN = 2048  # as many as sample the predicted orders: both alias equally
 _TOLERANCE = 1e-13
-_LONGEST = 1 / 64  # of a turn: a step; a longer one may miss, unnoticed, where the cam is sharp
+_LONGEST = 1 / 64  # of a turn: the largest step; a longer one may miss sharp parts of the cam unnoticed
 _TABLE = 8192  # times of a turn at whose cam angles the cam is tabulated: dense where the shaft is slow, and its cam sharp
 _MOST_CALLS = 50_000  # of the right-hand side for a turn; 1500 to 3000 are usual
 _REPORTED = 32  # steps between two reports
@@ -25,9 +25,12 @@ _REPORTED = 32  # steps between two reports
 
 @dataclass(frozen=True, eq=False)
 class Confirmation:
-    """deviation: the largest difference of speed, as a share of the mean; NaN where the simulation fails. acceleration: of the
-    output in the last turn, by orders, over the mean speed squared. failure: why there is neither, empty where there are both.
-    speed: in the last turn, over tau, in rad/s."""
+    """Outcome of a confirming simulation.
+
+    deviation: the largest difference of speed, as a share of the mean; NaN where the simulation fails. acceleration: of the
+    output in the last turn, by orders, over the mean speed squared. failure: reason of a failed simulation, else empty.
+    speed: in the last turn, over tau, in rad/s.
+    """
 
     deviation: float
     acceleration: Harmonics
@@ -38,9 +41,9 @@ class Confirmation:
 def confirmation(
     camshaft: CamShaft, cam: Law, predicted: ShaftMotion, turns: int, report: Callable[[float], None]
 ) -> Confirmation:
-    """J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2, over so many turns.
+    """Integrate J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2 over a number of turns.
 
-    report: is told the share that is done, and may raise to stop.
+    report: receives the completed share, and may raise to stop.
     """
     omega, tau = predicted.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
     begin = [float(predicted.angle(0.0)), float(predicted.speed(0.0))]
@@ -51,7 +54,7 @@ def confirmation(
         fault = solver.step()
         passed = solver.t * omega / _TURN
         if fault or solver.nfev > _MOST_CALLS * (1 + passed):
-            why = fault or f"a turn takes more than {_MOST_CALLS} evaluations, so fast the torque changes with the speed"
+            why = fault or f"a turn takes more than {_MOST_CALLS} evaluations: the torque changes too fast with the speed"
             return Confirmation(np.nan, none, f"fails in turn {int(passed) + 1} of {turns}: {why}", none)
         last = len(tau) if solver.status == "finished" else int(np.searchsorted(tau, solver.t * omega))
         if last > done:
@@ -66,14 +69,14 @@ def confirmation(
 
 
 def _acceleration(camshaft: CamShaft, p: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """phi'' (N,) where the cam has psi' = p and psi'' = q, at speeds v."""
+    """Return phi'' (N,) where the cam has psi' = p and psi'' = q, at speeds v."""
     torque = 0.0 if camshaft.torque is None else camshaft.torque(v)[0]
     J1 = camshaft.output_inertia
     return np.asarray((torque - J1 * p * q * v**2) / (camshaft.inertia + J1 * p**2))
 
 
 def _slope(camshaft: CamShaft, table: _Table) -> Callable[[float, np.ndarray], list[float]]:
-    """phi' and phi'' of phi and phi', in single numbers: arrays of one would take three times as long."""
+    """Return the function of phi' and phi'' by phi and phi', in scalars: arrays of length one take three times as long."""
     J0, J1, torque = camshaft.inertia, camshaft.output_inertia, camshaft.torque
 
     def slope(_t: float, y: np.ndarray) -> list[float]:
@@ -87,8 +90,9 @@ def _slope(camshaft: CamShaft, table: _Table) -> Callable[[float, np.ndarray], l
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """psi' of a cam by quintics between cam angles, and psi'' their very derivative, so that the output keeps its energy: with
-    a psi'' tabulated beside it a shaft without a drive would gain or lose some in each turn.
+    """Table of psi' of a cam by quintics between cam angles, and psi'' as their exact derivative, which conserves energy.
+
+    With a separate table of psi'' a shaft without a drive would gain or lose energy in each turn.
 
     at: cam angles (M,), from 0. quintics: the coefficients of each after its angle (M, 6), the constant first.
     """
@@ -98,7 +102,7 @@ class _Table:
 
     @classmethod
     def of(cls, cam: Law, predicted: ShaftMotion) -> _Table:
-        """By psi', psi'' and psi''' at the ends."""
+        """Build the table from psi', psi'' and psi''' at the ends of each interval."""
         angles = np.append(predicted.angle(even_angles(_TABLE)), _TURN)
         values = [cam(angles, order) for order in (1, 2, 3)]
         h, (p, q, r), (p1, q1, r1) = np.diff(angles), (f[:-1] for f in values), (f[1:] for f in values)
@@ -107,7 +111,7 @@ class _Table:
         return cls(angles[:-1].tolist(), np.stack([p, q, r / 2, *higher], axis=1).tolist())
 
     def __call__(self, phi: float) -> tuple[float, float]:
-        """psi' and psi''."""
+        """Return psi' and psi''."""
         phi %= _TURN
         i = bisect_right(self.at, phi) - 1
         x, (a, b, c, d, e, f) = phi - self.at[i], self.quintics[i]

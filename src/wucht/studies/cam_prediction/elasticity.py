@@ -1,4 +1,4 @@
-"""What springs make of the prediction: the output on one, behind the cam's lever; and the cam on one, behind its flywheel."""
+"""Effect of springs on the prediction: an elastic output behind the cam's lever, an elastic shaft behind its flywheel."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ _SAMPLES = 2048
 _MOST_ORDERS, _SMALL = 40, 1e-9  # of a lever's motion: those that matter
 _STANDARD = ("3-4-5", "4-5-6-7", "modified-sine", "inclined-sine")
 _FEWEST, _MOST = 256, 1024  # points of a turn at which the cam behind its shaft is balanced
-FOR_RIGID_SHAFT, FOR_TWIST = "corrected cam", "corrected for the twist too"  # cams behind a shaft that twists
+FOR_RIGID_SHAFT, FOR_TWIST = "corrected cam", "corrected for the twist too"  # cams behind an elastic shaft
 _NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that no peak falls between two speeds
 
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """name: of a lever's motion. deviation, acceleration: the vibration left in the dwells at the mean speed; peak: the largest
-    acceleration of the output, per s^2."""
+    """Vibration excited by a motion of the lever.
+
+    deviation, acceleration: residual vibration in the dwells at the mean speed; peak: the largest acceleration of the output,
+    per s^2.
+    """
 
     name: str
     deviation: float
@@ -38,8 +41,11 @@ class Excitation:
 
 @dataclass(frozen=True, eq=False)
 class Vibrations:
-    """names, over_speed: of each cam. excited: of each cam, and of other laws with the same stroke and dwell; the quietest
-    first. notes: what could not be done."""
+    """Vibrations of an elastic output.
+
+    names, sweeps: of each cam, the latter over speed. excitations: by each cam, and by other laws with the same stroke and
+    dwell, those with the least vibration first. notes: computations that were not possible.
+    """
 
     names: tuple[str, ...]
     over_speed: tuple[VibrationOverSpeed, ...]
@@ -55,10 +61,10 @@ def vibrations(
     dwells: tuple[Dwell, ...],
     speeds: np.ndarray,
 ) -> Vibrations:
-    """Of the output with the original cam, the corrected one, and that tuned to the natural frequency.
+    """Compute the vibrations with the original cam, the corrected one, and one tuned to the natural frequency.
 
-    Each lever is taken to move alike over tau at all mean speeds: exact without a drive, whose fluctuation is in proportion to
-    the speed.
+    Each lever is assumed to move alike over tau at all mean speeds: exact without a drive, where the fluctuation is
+    proportional to the speed.
     """
     law, omega, notes = motion.law, corrected.mean, list[str]()
     clean = motion.series or truncated(law, _MOST_ORDERS).series
@@ -82,7 +88,7 @@ def _series(law: Law) -> Harmonics:
 
 
 def _with_resonances(output: ElasticOutput, count: int, speeds: np.ndarray) -> np.ndarray:
-    """Speeds to which those about omega_0/k are added; not without damping, where there is no steady motion."""
+    """Add speeds about omega_0/k; not without damping, where there is no steady motion."""
     if not output.damping:
         return speeds
     peaks = output.natural_frequency / np.arange(1, count + 1)
@@ -91,7 +97,7 @@ def _with_resonances(output: ElasticOutput, count: int, speeds: np.ndarray) -> n
 
 
 def _other_laws(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
-    """Standard laws with the same stroke and dwell, up and back in equal times: where there is one dwell."""
+    """Return standard laws with the same stroke and dwell, rise and return in equal times, where there is one dwell."""
     if len(dwells) != 1:
         return []
     (dwell,) = dwells
@@ -110,8 +116,11 @@ def _other_laws(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
 
 @dataclass(frozen=True, eq=False)
 class Twist:
-    """name: of a cam. above: orders of the output's acceleration above N, as a share of order 1. torque: in the shaft, the
-    largest in N m. twist: of the shaft, the largest in rad."""
+    """Motion behind an elastic shaft, with the name of the cam.
+
+    above: orders of the output's acceleration above N, as a share of order 1. torque: largest in the shaft, in N m. twist:
+    largest of the shaft, in rad.
+    """
 
     name: str
     above: float
@@ -121,14 +130,14 @@ class Twist:
 
 @dataclass(frozen=True, eq=False)
 class Twists:
-    """Of each cam with which a motion was found. notes: of each other one, why not."""
+    """Motions behind an elastic shaft, of each cam with a periodic motion. notes: reasons for the other cams."""
 
     cams: tuple[Twist, ...]
     notes: tuple[str, ...]
 
 
 def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: ShaftMotion, corrected: ShaftMotion) -> Twists:
-    """The cam behind a shaft that twists, its flywheel turning as the rigid shaft was predicted to."""
+    """Compute the motion of cams behind an elastic shaft whose flywheel turns as predicted for a rigid shaft."""
     rigid = _orders_of(CorrectedLaw(law, corrected))
     cams: list[tuple[str, Load, ShaftMotion]] = [
         ("original cam", OriginalCam(law, inertia), original),
@@ -142,7 +151,7 @@ def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: 
         try:
             turning = shaft.turning(load, drive, flywheel.mean, points)
         except RunError as error:
-            notes.append(f"on the shaft that twists, {name}: {error}")
+            notes.append(f"on the elastic shaft, {name}: {error}")
             continue
         torque = float(np.abs(turning.torque(even_angles(_SAMPLES))).max())
         lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))

@@ -1,4 +1,4 @@
-"""The figure of a prediction: speed, spectrum, power, what is left cam after cam, and what springs make of it."""
+"""The figure of a prediction: speed, spectrum, power, residuals cam after cam, and the effect of springs."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from wucht.results.formatting import with_unit
 Panel = Callable[[Axes, xr.Dataset], None]
 _COLOURS = {"original": COLOURS[1], "corrected": COLOURS[0]}
 _RPM = 30 / math.pi
-_LOWEST = 1e-8  # of the largest order: what is smaller is not seen
+_LOWEST = 1e-8  # of the largest order: the lower end of the axis
 _MOST_BARS = 24
 _CLEAN = 1e-6  # of order 1: nothing
 _NOTHING = 1e-12  # of order 1: orders of the law that are rounding
 _APART = 0.13  # of the panel: labels nearer to each other are left out
 _FEWEST_ROWS = 4
 _SIMULATED = "simulated"
-_DASHES = {"original": "--", "corrected": "-"}  # where the two curves lie on each other both are seen
+_DASHES = {"original": "--", "corrected": "-"}  # so that both curves are visible where they coincide
 _DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": "black", "zorder": 5}
 _TURN = "time of a turn (°)"
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels; with a drive one more, with an elastic output two, with an elastic shaft one; the law fills the last row."""
+    """Draw four panels; one more with a drive, two with an elastic output, one with an elastic shaft; the law fills the row."""
     panels: list[Panel] = [_speed, _spectrum, _power]
     panels += [_drive] if result.wucht.summary["driven"] == "drive" else []
     panels += [_cuts] if len(result.cut) else [_law]
@@ -47,12 +47,12 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _legend(axis: Axes) -> None:
-    """Above the panel: the cams first, what is simulated last."""
+    """Place the legend above the panel: the cams first, simulations last."""
     legend_above(axis, sorted(named_in([axis]), key=lambda line: line.get_label() == _SIMULATED))
 
 
 def _of_both(axis: Axes, result: xr.Dataset, values: xr.DataArray) -> None:
-    """Over a turn, a line for each cam."""
+    """Draw a line for each cam over a turn."""
     for name, colour in _COLOURS.items():
         look: dict[str, Any] = {"color": colour, "linewidth": 1.3, "linestyle": _DASHES[name], "label": f"{name} cam"}
         axis.plot(np.degrees(result.tau.values), values.sel(cam=name).values, **look)
@@ -89,7 +89,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _power(axis: Axes, result: xr.Dataset) -> None:
-    """What an even speed would take, beside what the drive gives."""
+    """Draw the power that constant speed would need, beside the power of the drive."""
     degrees = np.degrees(result.tau.values)
     even = result.power_at_constant_speed.values / 1e3
     axis.plot(degrees, even, color=COLOURS[6], linewidth=1.1, linestyle="--", label="at constant speed", zorder=3)
@@ -103,7 +103,7 @@ def _power(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _drive(axis: Axes, result: xr.Dataset) -> None:
-    """The power of the drive alone, on its own scale."""
+    """Draw the power of the drive alone, on a separate scale."""
     kilo = np.abs(result.drive_power.values).max() >= 1e3
     _of_both(axis, result, result.drive_power / (1e3 if kilo else 1.0))
     axis.set_ylabel(f"power of the drive alone ({'kW' if kilo else 'W'})")
@@ -154,13 +154,13 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _at_foot(axis: Axes, text: str, x: float, aside: float, **look: Any) -> None:
-    """A word at the lower edge of a panel."""
+    """Write a word at the lower edge of a panel."""
     place: Any = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
     axis.annotate(text, (x, 0.0), (aside, 4), fontsize=small(), color=GREY, **place, **look)
 
 
 def _excited(axis: Axes, result: xr.Dataset) -> None:
-    """What stays in the dwell at the mean speed, the quietest motion on top."""
+    """Draw the residual vibration in the dwell at the mean speed, the smallest on top."""
     scale, unit = travel_unit(result.residual_deviation)
     names, size = result.excited.values.tolist(), scale * result.excited_deviation.values
     levers = result.lever.values.tolist()
@@ -169,7 +169,7 @@ def _excited(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _twist(axis: Axes, result: xr.Dataset) -> None:
-    """What each cam leaves behind the shaft that twists."""
+    """Draw the residual of each cam behind an elastic shaft."""
     names, left, above = result.twisted.values.tolist(), result.twist_residual.values, result.wucht.summary["above"]
     named = [f"{name}: {100 * x:.3g} %" if x > _CLEAN else f"{name}: nothing" for name, x in zip(names, left, strict=True)]
     colours = [_COLOURS.get(name.removesuffix(" cam"), COLOURS[2]) for name in names]
@@ -177,11 +177,11 @@ def _twist(axis: Axes, result: xr.Dataset) -> None:
     if above["law"] > _CLEAN:
         axis.axvline(above["law"], **GUIDE)
         _at_foot(axis, "the law itself", above["law"], -3, ha="right")
-    axis.set_xlabel(f"shaft that twists: above order {above['orders']}, over order 1")
+    axis.set_xlabel(f"elastic shaft: above order {above['orders']}, over order 1")
 
 
 def _bars(axis: Axes, size: np.ndarray, colours: list[str], names: list[str], limits: tuple[float, float]) -> None:
-    """One below the other from the lower limit on, on a logarithmic axis, each with its name above."""
+    """Draw bars one below the other from the lower limit on, on a logarithmic axis, each with its name above."""
     at = np.arange(len(names))[::-1]
     axis.barh(at, np.maximum(size - limits[0], 0.0), left=limits[0], height=0.34, color=colours)
     axis.set(xscale="log", xlim=limits, ylim=(min(len(names) - _FEWEST_ROWS, 0) - 0.5, len(names) - 0.2), yticks=[])

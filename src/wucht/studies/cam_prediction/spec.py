@@ -1,4 +1,4 @@
-"""The question of a prediction."""
+"""Spec of the study of a prediction."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from wucht.studies.spec import Interval, Spec, Whole
 
 
 class CamPrediction(Spec):
-    """How a camshaft turns with its output, its drive and its loads, and the cam that is clean on it, without a measurement."""
+    """Motion of a camshaft with its output, drive and loads, and the cam that is clean on it, without a measurement."""
 
     kind: ClassVar[str] = "cam-prediction"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
@@ -19,11 +19,11 @@ class CamPrediction(Spec):
 
     points: Whole = Field(720, ge=16, le=100_000, description="number of points over the time and the cam angle of a turn")
     orders: Whole = Field(20, ge=1, le=200, description=(
-        "number of harmonics N of a law that has no end of them: those above are examined, what the law itself has of them "
-        "being as clean as it gets"
+        "number of harmonics N of a law with infinitely many: orders above N are examined, and the law itself limits how clean "
+        "the motion can be"
     ))  # fmt: skip
     cuts: Whole = Field(5, ge=0, le=50, description=(
-        "number of cams that are tried, cut one after the other, each for the speed measured with the one before"
+        "number of cams cut one after the other for comparison, each for the speed measured with the one before"
     ))  # fmt: skip
     simulate: Whole = Field(20, ge=0, le=1000, description="number of turns of the confirming simulation in time, 0 for none")
     speeds: Interval | None = si("rad/s", "mean speed", default=None, help=(
@@ -32,5 +32,5 @@ class CamPrediction(Spec):
     ))  # fmt: skip
     speed_points: Whole = Field(160, ge=2, le=10_000, description="number of speeds in the range `speeds`")
     dwell: Interval | None = si("rad", "begin and end of the dwell", default=None, help=(
-        "begin and end of where an elastic output is to rest; by default the arcs on which the law says so"
+        "begin and end of the arc on which an elastic output is to rest; by default the dwells of the law"
     ))  # fmt: skip

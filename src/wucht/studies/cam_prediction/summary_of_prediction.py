@@ -1,4 +1,4 @@
-"""The answer of a prediction: its numbers, the verdict, and what is to be warned of."""
+"""The summary of a prediction: its numbers, the verdict, and warnings."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from wucht.studies.cam_prediction.computation import Findings, Plan, Turning
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST, Twists
 
-_CLEAN = 1e-6  # of order 1, beside what the law itself has: below what a workshop can mill
+_CLEAN = 1e-6  # of order 1, beyond the law itself: below the accuracy of a workshop
 _SLOW, _DIVERGING = 0.5, 1.0  # inertia ratios
-_KEPT = 1e-12  # of the mean speed: orders that a cam is made for
+_KEPT = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
-_TOO_MUCH = 1e-3  # of order 1: what an elastic shaft leaves
-_UNRESOLVED = 1e-6  # of the mean speed: orders beyond which more must be
+_TOO_MUCH = 1e-3  # of order 1: largest acceptable residual behind an elastic shaft
+_UNRESOLVED = 1e-6  # of the mean speed: larger highest orders indicate that further ones are missing
 _DOUBTFUL = 1e-5  # of the mean speed: prediction and simulation differ
 
 
 def numbers(plan: Plan, f: Findings) -> list[Quantity]:
-    """The numbers of ``summary.json``: how the shaft turns with the original cam, which moves its output by the law over the
-    cam angle, and under ``corrected`` how with the corrected one."""
+    """Return the numbers of ``summary.json``: the motion of the shaft with the original cam, which moves its output by the law
+    over the cam angle, and under ``corrected`` that with the corrected one."""
     both = {"original": f.original, "corrected": f.corrected}
     constant, shaft, motion = _power(f.constant), plan.shaft, plan.motion
     powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in both.items()}
@@ -41,16 +41,16 @@ def numbers(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("harmonics", motion.count, "number N of harmonics of the law"),
         Quantity("inertia_ratio", shaft.inertia_ratio(motion.law), "largest inertia of the output over that of the shaft"),
         Quantity("inertia_ratio_limit", most, "largest inertia ratio with a corrected cam without a drive"),
-        Quantity("driven", driven, "what drives the shaft"),
+        Quantity("driven", driven, "kind of drive of the shaft"),
         *original,
         group("corrected", corrected, "the same with the corrected cam"),
         Quantity("above", above, "largest order of the output's acceleration above N over order 1"),
-        Quantity("left_after_a_turn", left, "share of a disturbance of the energy that is left after a turn"),
+        Quantity("left_after_a_turn", left, "share of a disturbance of the energy that remains after a turn"),
         Quantity("power", {"constant_speed": constant, **powers}, "power of the drive", "W"),
         Quantity("power_saved", saved, "power that the corrected cam saves against constant speed", "W"),
-        Quantity("cut_residuals", f.cuts.tolist(), "what is left above N where cams are cut by measurement, one after another"),
-        Quantity("contraction", _contraction(f.cuts, f.clean), "share of it that each further cam leaves"),
-        Quantity("simulation", _simulation(plan, f), "turns simulated, and how far the speed departs from the prediction"),
+        Quantity("cut_residuals", f.cuts.tolist(), "residual above N of cams cut by measurement, one after another"),
+        Quantity("contraction", _contraction(f.cuts, f.clean), "ratio of the residual of each further cam to that before"),
+        Quantity("simulation", _simulation(plan, f), "turns simulated, and the deviation of the speed from the prediction"),
         *_springs(plan, f),
     ]
 
@@ -78,7 +78,7 @@ _EIGENMOTION = {
 
 
 def _springs(plan: Plan, f: Findings) -> list[Quantity]:
-    """Elastic output and shaft, each None where it is rigid."""
+    """Return the elastic output and shaft, each None where it is rigid."""
     output, twists, acceleration = Quantity("output", None, "elastic output"), None, f"{plan.motion.unit}/s^2"
     if f.vibrations is not None and plan.output is not None:
         excited = [asdict(e) for e in f.vibrations.excited]
@@ -90,7 +90,7 @@ def _springs(plan: Plan, f: Findings) -> list[Quantity]:
         numbers_of_output = [
             Quantity("natural_frequency", plan.output.natural_frequency, "natural frequency", "rad/s"),
             Quantity("damping_ratio", plan.output.damping_ratio, "damping ratio"),
-            Quantity("excited", excited, "what each motion of the lever leaves in the dwell", parts=of_excited),
+            Quantity("excited", excited, "residual vibration in the dwell by each motion of the lever", parts=of_excited),
         ]
         output = group("output", numbers_of_output, output.what)
     if f.twists is not None:
@@ -104,13 +104,13 @@ def _springs(plan: Plan, f: Findings) -> list[Quantity]:
 
 
 def _coefficients(one: Turning) -> dict[str, Any]:
-    """The speed with the corrected cam as the table [speed] of cam-correction and cam-contour takes it."""
+    """Return the speed with the corrected cam in the form of the table [speed] of cam-correction and cam-contour."""
     kept = one.shaft.speed.without_rounding(_KEPT)
     return {"mean": kept.mean, "cosine": kept.cosine.tolist(), "sine": kept.sine.tolist()}
 
 
 def _power(power: np.ndarray) -> dict[str, float]:
-    """Peak, mean, and mean of the positive part, over a turn of evenly spaced points whose last one is the first again."""
+    """Return peak, mean, and mean of the positive part over a turn of evenly spaced points, the last equal to the first."""
     each = power[:-1]
     return {"peak": float(each.max()), "mean": float(each.mean()), "mean_positive": float(np.maximum(each, 0.0).mean())}
 
@@ -120,7 +120,7 @@ def _number(value: float) -> float | None:
 
 
 def _contraction(cuts: np.ndarray, clean: float) -> float | None:
-    """By how much each further cam is cleaner than the one before: the last such share that is not rounding."""
+    """Return the ratio of the last two residuals of cams cut one after the other that exceed rounding."""
     above = cuts[cuts > _FLOOR + 2 * clean]
     return float(above[-1] / above[-2]) if len(above) > 1 else None
 
@@ -137,23 +137,23 @@ def _confirmed(plan: Plan, one: Confirmation) -> dict[str, float | str | None]:
 
 
 def verdict(plan: Plan, s: dict[str, Any]) -> tuple[str, str]:
-    """The label, in lower case, and the whole sentence."""
+    """Return the label, in lower case, and the whole sentence."""
     twists = _too_much_twist(s)
     if plan.enforced:
         peak = s["power"]["corrected"]["peak"]
-        held = f"the drive holds the shaft at its speed whatever that takes, up to {_watts(peak)}: the law itself is the cam"
-        return ("not clean", f"NOT CLEAN on the shaft that twists: {twists}; {held}") if twists else ("enforced", held)
+        held = f"the drive holds the shaft's speed with up to {_watts(peak)}: the law itself is the cam"
+        return ("not clean", f"NOT CLEAN on the elastic shaft: {twists}; {held}") if twists else ("enforced", held)
     above, fluctuates = s["above"], f"fluctuates by {_percent(s['corrected']['fluctuation'])}"
     label, found = _on_rigid_shaft(s)
     shaft = f"on a shaft that {fluctuates}"
     if label == "clean" and twists:
-        label, found, shaft = "not clean", twists, f"on the shaft that twists and {fluctuates}"
+        label, found, shaft = "not clean", twists, f"on the elastic shaft that {fluctuates}"
     before = f"the original one leaves {_percent(above['original'])} of order 1"
     return label, f"{label.upper()} {shaft}: {found}" + (f", {before}" if label == "clean" else "")
 
 
 def _on_rigid_shaft(s: dict[str, Any]) -> tuple[str, str]:
-    """The label of the corrected cam, and what it leaves."""
+    """Return the label of the corrected cam, and its residual."""
     above, orders = s["above"], f"orders above {s['above']['orders']}"
     clean, own = above["law"] + _CLEAN, _percent(above["law"])
     if not above["corrected"] <= clean:
@@ -169,7 +169,7 @@ def _on_rigid_shaft(s: dict[str, Any]) -> tuple[str, str]:
 
 
 def _too_much_twist(s: dict[str, Any]) -> str:
-    """What the corrected cam leaves behind a shaft that twists, empty where that does not matter."""
+    """Return the residual of the corrected cam behind an elastic shaft in a sentence, empty where it does not matter."""
     if s["shaft"] is None:
         return ""
     twisted = {one["name"]: one["above"] for one in s["shaft"]}
@@ -178,7 +178,7 @@ def _too_much_twist(s: dict[str, Any]) -> str:
         return ""
     found = f"the cam corrected for a rigid shaft leaves {_percent(left)} of order 1 in orders above {s['above']['orders']}"
     if FOR_RIGID_SHAFT not in twisted:
-        found = "no periodic motion was found with the cam corrected for a rigid shaft"
+        found = "no periodic motion was obtained with the cam corrected for a rigid shaft"
     if FOR_TWIST not in twisted:
         return found
     rest = "nothing" if twisted[FOR_TWIST] <= _CLEAN else _percent(twisted[FOR_TWIST])
@@ -194,7 +194,7 @@ def _watts(power: float) -> str:
 
 
 def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
-    """What is to be warned of."""
+    """Return the warnings."""
     said = []
     ratio, contraction = s["inertia_ratio"], s["contraction"]
     shown = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}"
@@ -204,7 +204,7 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
         diverging = "above about 1 cutting a cam and measuring again may diverge; take the predicted cam, or a larger flywheel"
         said.append(f"{shown}: {diverging}")
     elif ratio > _SLOW:
-        each = "" if contraction is None else f", each cam leaves {_percent(contraction)} of what the one before left"
+        each = "" if contraction is None else f", each cam leaves {_percent(contraction)} of the residual of the one before"
         said.append(f"{shown}: cutting a cam and measuring again converges slowly{each}; take the predicted cam")
     if f.failure:
         said.append(f.failure)
@@ -212,7 +212,7 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
         said.append("cutting a cam and measuring again diverges: the last cam is worse than the one before")
     for name, turning in (("original", f.original), ("corrected", f.corrected)):
         if (share := unresolved(turning.shaft)) > _UNRESOLVED:
-            more = f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, and more are left out"
+            more = f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, higher ones are left out"
             said.append(f"{more}: the shaft nearly stands still within a turn, or the law's acceleration jumps")
     said += [_unstable(name, one) for name, one in (("original", f.original), ("corrected", f.corrected)) if one.left > 1]
     for name, one, turning in zip(("original", "corrected"), f.confirmed, (f.original, f.corrected), strict=False):
@@ -223,22 +223,22 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
 
 
 def _departs(one: Confirmation, turning: Turning) -> str:
-    """By how much a simulation differs, and why, where that is known."""
+    """Return the deviation of a simulation, with the reason where it is known."""
     why = ""
     if turning.left > 1:
         why = ": this motion is not stable"
     elif unresolved(turning.shaft) > _UNRESOLVED:
         why = ", by the orders that the prediction leaves out"
     elif turning.left == 1:
-        why = ": without a drive nothing brings the shaft back, and the errors of the simulation add up from turn to turn"
+        why = ": without a drive nothing restores the motion, and errors of the simulation add up from turn to turn"
     return f"departs from the prediction by {_percent(one.deviation)} of the speed{why}"
 
 
 def _twisted(plan: Plan, law: float, twists: Twists) -> list[str]:
-    """law: what the law itself has above N, over order 1."""
+    """Return the warnings on an elastic shaft. law: orders of the law itself above N, over order 1."""
     left = [one.above for one in twists.cams if one.name == FOR_RIGID_SHAFT and one.above > law + _TOO_MUCH]
-    rigid = f"of orders above {plan.count} the cam for the rigid shaft, that of this result, leaves"
-    return [*(f"the shaft twists: {rigid} {_percent(share)} of order 1" for share in left), *twists.notes]
+    rigid = f"in orders above {plan.count} the cam for the rigid shaft, that of this result, leaves"
+    return [*(f"elastic shaft: {rigid} {_percent(share)} of order 1" for share in left), *twists.notes]
 
 
 def _unstable(name: str, one: Turning) -> str:

@@ -1,1 +1,1 @@
-"""Several machines or variants side by side: each one's study, in one result."""
+"""Study that sets several machines or variants side by side, in one result."""

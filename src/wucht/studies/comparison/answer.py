@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 _WORDS = {
-    "study": "study", "machine": "machine", "outcome": "outcome", "sentence": "answer in words", "failure": "why it failed",
+    "study": "study", "machine": "machine", "outcome": "outcome", "sentence": "verdict", "failure": "reason of a failure",
 }  # fmt: skip
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset, of the variants that are finished: each number of their summaries by its path, and their curves."""
+    """Return the Dataset of the finished variants: each number of their summaries by its path, and their curves."""
     done = findings.compared
     cases = plan.cases[: len(done)]
     names = list(dict.fromkeys(name for c in done for name in c.numbers))
@@ -38,32 +38,32 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     warnings, assumed = (_together(cases, of) for of in ([c.warnings for c in done], [c.assumed for c in done]))
     if not all(case.variant.dimensionless for case in cases):
         bare = [case.variant.label for case in cases if case.variant.dimensionless]
-        warnings += [f"{one}: dimensionless; its numbers have no units and cannot be set against the others'" for one in bare]
+        warnings += [f"{one}: dimensionless; its numbers have no units and cannot be compared with others" for one in bare]
     quantities = [*coordinates, *texts, *numbers, *curves, *_summary(plan, done, names)]
     return answer(quantities, _sentence(plan, done), warnings, assumed)
 
 
 def _number(name: str, done: Sequence[Compared]) -> Quantity:
-    """A number of the summaries, of all variants."""
+    """Return a number of the summaries, of all variants."""
     unit = next((c.units[name] for c in done if name in c.units), "")
     return Quantity(name, [c.numbers.get(name, np.nan) for c in done], _in_words(name), unit, "variant")
 
 
 def _coordinates(cases: Sequence[Case]) -> list[Quantity]:
-    """What the variants are called, and what is varied, in SI."""
+    """Return the labels of the variants, and the values of varied keys, in SI."""
     labels, names, sources = (
         np.array([getattr(case.variant, key) for case in cases], str) for key in ("label", "name", "source")
     )
     stated = [
         Quantity("variant", labels, "variant", "", "variant"),
-        Quantity("name", names, "name without what is varied", "", "variant", coordinate=True),
+        Quantity("name", names, "name without varied values", "", "variant", coordinate=True),
         Quantity("source", sources, "file", "", "variant", coordinate=True),
     ]
     return [*stated, *(_varied(key, cases) for key in _keys(cases))]
 
 
 def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> list[Quantity]:
-    """Of one kind, of all variants, filled up to the length of the longest."""
+    """Return the curves of one kind, of all variants, padded to the length of the longest."""
     own = [next((curve for curve in c.curves if curve.kind == kind), None) for c in done]
     longest = max(len(curve.x) for curve in own if curve is not None)
     filled = np.full((2, len(own), longest), np.nan)
@@ -75,18 +75,18 @@ def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> lis
 
 
 def _in_words(path: str) -> str:
-    """A number of a summary by its path: ``final phases, p1`` of a table."""
+    """Return the path of a number of a summary as a label, such as ``final phases, p1``."""
     name, _, of = path.partition(".")
     return f"{name.replace('_', ' ')}{f', {of}' if of else ''}"
 
 
 def _keys(cases: Sequence[Case]) -> tuple[VariedKey, ...]:
-    """What is varied: the same in all of them."""
+    """Return the varied keys, the same in all cases."""
     return cases[0].variant.keys if cases else ()
 
 
 def _varied(key: VariedKey, cases: Sequence[Case]) -> Quantity:
-    """What a key was in each variant: numbers, or texts where one of them is none."""
+    """Return the values of a key in all variants: numbers, or texts where one of them is no number."""
     values = [case.variant.varied[key.path] for case in cases]
     if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
         texts = np.array([value_in_words(v, *key.printed) for v in values])
@@ -111,9 +111,9 @@ def _summary(plan: Plan, done: Sequence[Compared], names: Sequence[str]) -> list
         Quantity("variants", variants, "the variants, each with its summary"),
         Quantity("outcomes", dict(Counter(c.outcome for c in done if c.outcome)), "number of variants of each outcome"),
         Quantity("failed", sum(bool(c.failure) for c in done), "number of variants that failed"),
-        Quantity("vary", {path: list(values) for path, values in plan.spec.vary.items()}, "values of each key that is varied"),
-        Quantity("varied", varied, "what each key is, and its unit"),
-        Quantity("headline", shown or list(names), "numbers that are shown first"),
+        Quantity("vary", {path: list(values) for path, values in plan.spec.vary.items()}, "values of each varied key"),
+        Quantity("varied", varied, "description and unit of each varied key"),
+        Quantity("headline", shown or list(names), "numbers shown first"),
     ]
 
 
@@ -125,7 +125,7 @@ def _sentence(plan: Plan, done: Sequence[Compared]) -> str:
 
 
 def _together(cases: Sequence[Case], sentences: Sequence[tuple[str, ...]]) -> list[str]:
-    """Sentences on each variant; what is said of all of them once."""
+    """Return sentences on each variant, those common to all of them once."""
     count = Counter(sentence for own in sentences for sentence in own)
     every = [sentence for sentence, n in count.items() if n == len(sentences)]
     pairs = [(case.variant.label, sentence) for case, own in zip(cases, sentences, strict=True) for sentence in own]
@@ -133,12 +133,12 @@ def _together(cases: Sequence[Case], sentences: Sequence[tuple[str, ...]]) -> li
 
 
 _COLUMNS, _MOST_LINES, _WIDEST = 6, 60, 60
-_HEADED = 16  # letters of a line of a column's head, where words can be broken so
+_HEADED = 16  # letters of a line of a column's head, where words allow it
 
 
 @dataclass(frozen=True)
 class _Column:
-    """Of the table. left: whether its cells stand at the left, as texts do."""
+    """Column of the table. is_left_aligned: true for texts."""
 
     head: str
     cells: list[str]
@@ -146,13 +146,13 @@ class _Column:
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht compare`` prints: the numbers looked at first, and of others those that differ."""
+    """Return the lines that ``wucht compare`` prints: headline numbers first, and those that differ."""
     s, names, outcomes = result.wucht.summary, names_of(result), list(map(str, result.outcome.values))
     columns = [_Column("", [_cut(name) for name in names])] if any(names) else []
     columns += [_column(result, path) for path in s["vary"]]
     columns += [_Column("outcome", outcomes)] if any(outcomes) else []
     numbers = [_column(result, name) for name in shown_numbers(result)[:_COLUMNS]]
-    if not numbers:  # nothing to put into columns: each one's answer in words
+    if not numbers:  # no numbers for columns: the verdict of each variant
         numbers = [_Column("", list(map(str, result.sentence.values)))]
     more = [f"and {result.sizes['variant'] - _MOST_LINES} more"] if result.sizes["variant"] > _MOST_LINES else []
     failures = [f"{v['label']}: {v['failure']}" for v in s["variants"] if v["failure"]]
@@ -164,12 +164,12 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def names_of(result: xr.Dataset) -> list[str]:
-    """What the variants are called, but for what is varied."""
+    """Return the names of the variants without varied values."""
     return [str(v) for v in result.get("name", result.variant).values]
 
 
 def shown_numbers(result: xr.Dataset) -> list[str]:
-    """Numbers of the summaries, those looked at first before the others; what is the same in all of them last."""
+    """Return the headline numbers of the summaries, those equal in all variants last."""
     s = result.wucht.summary
     numbers = [n for n in result.data_vars if result[n].dims == ("variant",) and result[n].dtype.kind == "f"]
     known = [n for n in s["headline"] if n in numbers and np.isfinite(result[n].values).any()]
@@ -181,7 +181,7 @@ def _same(values: np.ndarray) -> bool:
 
 
 def _column(result: xr.Dataset, name: str) -> _Column:
-    """What it is, with its unit, and its values."""
+    """Return a column with label, unit and values."""
     (factor, unit), values = printed_unit(result, name), result[name].values
     numeric = values.dtype.kind == "f"
     cells = [_number_in_words(factor * float(v)) if numeric else _cut(str(v)) for v in values]
@@ -189,7 +189,7 @@ def _column(result: xr.Dataset, name: str) -> _Column:
 
 
 def _table(columns: Sequence[_Column]) -> list[str]:
-    """The lines of a table, with heads of as many lines as they need."""
+    """Return the lines of a table, with heads of as many lines as they need."""
     heads = [[line.replace("\N{NO-BREAK SPACE}", " ") for line in wrapped(column.head, _HEADED)] for column in columns]
     depth = max(map(len, heads)) if any(map(any, heads)) else 0
     cells = [

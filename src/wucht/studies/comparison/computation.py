@@ -1,4 +1,4 @@
-"""Question and variants -> plan -> findings: each variant's study, checked before the first is begun; what is kept of it."""
+"""Spec and variants -> plan -> findings: each variant's study, all checked before the first begins."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Curve:
-    """y over x (N,), both with what they are and their unit; not a number between the parts of one."""
+    """Curve of y over x (N,), with labels and units of both; NaN between its parts."""
 
     what: tuple[str, str]
     unit: tuple[str, str]
@@ -32,13 +32,13 @@ class Curve:
 
     @property
     def kind(self) -> tuple[str, ...]:
-        """Curves of one kind are drawn in one panel."""
+        """Labels and units: curves of one kind are drawn in one panel."""
         return (*self.what, *self.unit)
 
 
 @dataclass(frozen=True)
 class Compared:
-    """Of one variant. numbers, units: of its summary, those in tables by path. shown: those that are looked at first."""
+    """Answer of one variant. numbers, units: of its summary, those in tables by path. headlines: numbers shown first."""
 
     study: str
     machine: str
@@ -55,13 +55,13 @@ class Compared:
 
 
 def refused(variant: Variant, failure: str) -> Compared:
-    """Of a variant that could not be answered."""
+    """Return the answer of a variant whose study failed."""
     kind = "" if variant.asked is None else variant.asked.spec.kind
     return Compared(kind, variant.title, "failed", failure, failure)
 
 
 def compared(variant: Variant, result: xr.Dataset) -> Compared:
-    """Of a result."""
+    """Return the answer of a variant from its result."""
     kind = str(result.attrs["study"]) if variant.asked is None else variant.asked.spec.kind
     spec, summary, failure = study_of(kind).spec, result.wucht.summary, str(result.attrs["failure"])
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
@@ -76,7 +76,7 @@ def compared(variant: Variant, result: xr.Dataset) -> Compared:
 
 
 def _numbers(summary: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
-    """The numbers by path; lists are no numbers to compare."""
+    """Return the numbers by path; lists are not compared."""
     found: dict[str, float] = {}
     for key, value in summary.items():
         if isinstance(value, Mapping):
@@ -87,7 +87,7 @@ def _numbers(summary: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
 
 
 def _where_stable(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
-    """Values of steady configurations where they are stable, and of no bodies that would stand in each other's place."""
+    """Return the values of steady configurations that are stable and without overlapping bodies."""
     if "configuration" not in of.dims or "stable" not in result:
         return of
     stable = of.where((result["stable"] == 1) & (result.get("overlapping", 0) == 0))
@@ -95,10 +95,10 @@ def _where_stable(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
 
 
 def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
-    """A variable over another, None where the result has them not.
+    """Return a variable over another, None where the result lacks one of them.
 
-    Of several bodies, cams or runs the first. What is given for several directions, or steady configurations (as far as these
-    are stable, if any is), follows each other, as the branches of a curve do.
+    Of several bodies, cams or runs the first is taken. Several directions, or steady configurations (the stable ones, if any
+    is), follow each other like the branches of a curve.
     """
     if x not in result or y not in result or "case" in result[y].dims:
         return None
@@ -122,7 +122,7 @@ def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
 
 @dataclass(frozen=True)
 class Case:
-    """A variant with its study and that study's plan; without a plan there is a result, or it is refused."""
+    """Variant with its study and plan; without a plan it has a result, or a reason of refusal."""
 
     variant: Variant
     study: Study | None
@@ -132,7 +132,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Plan:
-    """All of them."""
+    """All cases of a comparison."""
 
     spec: Comparison
     title: str
@@ -140,7 +140,7 @@ class Plan:
 
 
 def prepare(spec: Comparison, subject: Variants) -> Plan:
-    """The plan. Raises ``InputError`` where none of the variants can be asked; what is wrong with some is recorded."""
+    """Return the plan. Raises ``InputError`` where no variant is valid; errors of single variants are recorded."""
     cases, errors = [], list[InputError]()
     for variant in subject.variants:
         try:
@@ -168,19 +168,19 @@ def _case(variant: Variant) -> Case:
 
 
 def numbers(plan: Plan) -> float:
-    """At most how many numbers are stored at once: one study after the other."""
+    """Return the largest number of values stored at once: one study runs after the other."""
     return max((case.study.numbers(case.plan) for case in plan.cases if case.study is not None), default=0.0)
 
 
 @dataclass(frozen=True)
 class Findings:
-    """Of the variants that are finished, in their order."""
+    """Answers of the finished variants, in their order."""
 
     compared: tuple[Compared, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Answer one after the other; the findings after each."""
+    """Run the studies one after the other, and yield the findings after each."""
     done, count = list[Compared](), len(plan.cases)
     for k, case in enumerate(plan.cases):
         part = work.part(f"variant {k + 1}", k / count, (k + 1) / count)
@@ -190,7 +190,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _answered(case: Case, work: Work) -> Compared:
-    """Of one. What fails is recorded; the units of its study are remembered with those of the comparison."""
+    """Answer one case. A failure is recorded; the units of its study are stored with those of the comparison."""
     variant = case.variant
     if variant.result is not None:
         return compared(variant, variant.result)

@@ -1,4 +1,4 @@
-"""The figure of a comparison: the curves of all variants upon each other, and numbers over what is varied."""
+"""The figure of a comparison: the curves of all variants in common panels, and numbers over the varied keys."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
 _LETTERS = 14.0  # of text in an inch
 _MARKS, _LINES = "os^Dv", ("-", "--", "-.", ":")
-_MOST_WRITTEN = 8  # variants that are written below a panel; more are counted
-_WORDS, _APART = 40, 2  # letters that have room there side by side, and between two of them
+_MOST_WRITTEN = 8  # variants named below a panel; further ones are only counted
+_WORDS, _APART = 40, 2  # letters that fit there side by side, and between two names
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Up to two panels of curves, and up to two of numbers where something is varied or no study has curves.
+    """Draw up to two panels of curves, and up to two of numbers where keys are varied or no study has curves.
 
     A variant's mark has the colour of its curve.
     """
@@ -51,7 +51,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _in_words(result: xr.Dataset) -> Figure:
-    """Answers that are neither curves nor numbers."""
+    """Write the verdicts where there are neither curves nor numbers."""
     letters = int(current_page().width * _LETTERS)
     answers = [f"{name}: {text}" for name, text in zip(result.variant.values, result.sentence.values, strict=True)]
     lines = ["\n".join(wrapped(answer, letters)) for answer in answers[:_MOST_WRITTEN]]
@@ -68,20 +68,20 @@ def _abscissae(result: xr.Dataset) -> list[xr.DataArray]:
 
 
 def _names(result: xr.Dataset) -> list[str]:
-    """What the variants are called in the legend, below what is varied."""
+    """Return the names of the variants in the legend, below the varied keys."""
     words = [_words_of(result, k) for k in range(result.sizes["variant"])]
     names = [f"{name}: {outcome}" if outcome else name for name, outcome in zip(words, result.outcome.values, strict=True)]
     return names if len(names) <= _MOST_NAMED else [*names[: _MOST_NAMED - 1], f"and {len(names) - _MOST_NAMED + 1} more"]
 
 
 def _with_curves(result: xr.Dataset) -> list[int]:
-    """Variants of which there are curves: not those that failed."""
+    """Return the variants with curves: not those that failed."""
     own = [result[f"curve_{k}_y"].notnull().any(f"sample_{k}").values for k in range(1, len(_abscissae(result)) + 1)]
     return [int(k) for k in np.flatnonzero(np.any(own, axis=0))] if own else []
 
 
 def _words_of(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
-    """A variant by its name and the values of what is varied (paths: of some of it)."""
+    """Return the label of a variant: its name and the values of varied keys (paths: of these only)."""
     paths = list(result.wucht.summary["vary"]) if paths is None else paths
     name = names_of(result)[variant]
     return "; ".join([*([name] if name else []), *(_value(result, path, variant) for path in paths)])
@@ -103,7 +103,7 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
-    """A number over the first key that is varied, a line for each file and value of the second; else over the variants."""
+    """Draw a number over the first varied key, a line for each file and value of the second; else over the variants."""
     (values, shown), paths = printed(result, name), list(result.wucht.summary["vary"])
     continuous = bool(paths) and result[paths[0]].dtype.kind == "f"
     axis.set_ylabel(shown)
@@ -120,7 +120,7 @@ def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
 
 
 def _groups(result: xr.Dataset, paths: Sequence[str]) -> list[list[int]]:
-    """The variants of each file and of each value of what else is varied."""
+    """Return the variants of each file and of each value of the other varied keys."""
     groups: dict[tuple[Any, ...], list[int]] = {}
     for k in range(result.sizes["variant"]):
         groups.setdefault((str(result.source.values[k]), *(result[p].values[k] for p in paths)), []).append(k)
@@ -128,7 +128,7 @@ def _groups(result: xr.Dataset, paths: Sequence[str]) -> list[list[int]]:
 
 
 def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarray:
-    """Where (n,) the variants stand along it: by the first key that is varied, by its texts, or one after the other."""
+    """Return the places (n,) of the variants on the axis: by the first varied key, its texts, or one after the other."""
     if paths and result[paths[0]].dtype.kind == "f":
         x, name = printed(result, paths[0])
         axis.set_xlabel(name)

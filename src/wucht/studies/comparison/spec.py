@@ -1,4 +1,4 @@
-"""The question of a comparison."""
+"""Spec of a comparison."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _sources(given: Any) -> Any:
         raise ValueError('must be a list of study files, catalogue names and folders of results: of = ["A", "B"]')
     for name in given:
         if printable(name) != name:
-            raise InputError("study.of", name, "must be a name in UTF-8 without control characters: it stands in the result")
+            raise InputError("study.of", name, "must be a name in UTF-8 without control characters: it is stored in the result")
     return tuple(given)
 
 
@@ -42,14 +42,14 @@ def _lists(given: Any) -> Any:
             raise InputError(f"study.vary.{path}", values, "must be a list of values")
         for i, value in enumerate(values):
             if (found := _date_in(value)) is not None:
-                raise InputError(f"study.vary.{path}[{i}]", found, "must be a number or a text: a date is no value of anything")
+                raise InputError(f"study.vary.{path}[{i}]", found, "must be a number or a text, not a date")
     if len(table) > MOST_VARIED:
         raise InputError("study.vary", sorted(table), f"at most {MOST_VARIED} parameters are varied at once")
     return {path: tuple(values) for path, values in table.items()}
 
 
 def _date_in(value: Any) -> date | time | None:
-    """A date or a time of day in a value, as TOML has them; None if there is none."""
+    """Return a date or a time of day in a value, as TOML has them; None if there is none."""
     if isinstance(value, date | time):
         return value
     inside = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
@@ -57,7 +57,7 @@ def _date_in(value: Any) -> date | time | None:
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """By path: TOML reads ``b1.damping = 3`` as a table within a table."""
+    """Return the values by path: TOML reads ``b1.damping = 3`` as a table within a table."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
         flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) and value else {prefix + key: value}
@@ -65,36 +65,36 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 class Comparison(common.Spec):
-    """Set machines or variants of one side by side: each one's study, in one result."""
+    """Comparison of machines or variants side by side: the study of each, in one result."""
 
     kind: ClassVar[str] = "comparison"
     subject: ClassVar[str] = "wucht.studies.comparison.variants:VARIANTS"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
     of: Annotated[tuple[str, ...], BeforeValidator(_sources)] = Field(
-        title="what is compared", description="study files, catalogue names, and folders of results that are there already"
+        title="compared files", description="study files, catalogue names, and folders of existing results"
     )
     set: Annotated[dict[str, Any], BeforeValidator(_table)] = Field(
         default_factory=dict,
-        title="what is set in all of them",
-        description="keys that are set in all of them, by path; those of their question begin with `study.`",
+        title="keys set in all variants",
+        description="keys set in all variants, by path; those of the study begin with `study.`",
     )
     vary: Annotated[dict[str, tuple[Any, ...]], BeforeValidator(_lists)] = Field(
         default_factory=dict,
-        title="values of keys that are varied",
-        description="values of one or two keys, of which every combination is a variant of each file",
+        title="values of varied keys",
+        description="values of one or two keys; every combination is a variant of each file",
     )
 
     def check(self) -> None:
-        """At least two variants, and not more than can be looked at."""
+        """Check that there are at least two variants, and not too many to read."""
         count = len(self.of) * prod(map(len, self.vary.values()))
         if not 2 <= count <= MOST_VARIANTS:
             allowed = f"there must be 2 to {MOST_VARIANTS} variants, files times values; these are {count}"
             raise InputError("study.vary" if self.vary else "study.of", None, allowed)
         if both := sorted(set(self.vary) & set(self.set)):
-            raise InputError(f"study.vary.{both[0]}", None, "this key is in set too; give it once")
+            raise InputError(f"study.vary.{both[0]}", None, "this key is also in set; give it once")
 
     @property
     def combinations(self) -> tuple[dict[str, Any], ...]:
-        """What is set in the variants of a file, the last key changing fastest."""
+        """Varied values of each variant of a file, the last key changing fastest."""
         return tuple(dict(zip(self.vary, values, strict=True)) for values in product(*self.vary.values()))

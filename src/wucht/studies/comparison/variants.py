@@ -1,4 +1,4 @@
-"""The variants that are compared, and the keys that are varied, in words and with their units."""
+"""The variants of a comparison, and their varied keys with descriptions and units."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _QUESTION, _START = "study.", "study.start."
 
 @dataclass(frozen=True)
 class VariedKey:
-    """what: in words. unit: of its values, in SI; None where it holds no quantity. written: the unit in which all are given."""
+    """Varied key. unit: of its values, in SI; None where it holds no quantity. written_unit: unit in which all are given."""
 
     path: str
     what: str
@@ -43,13 +43,13 @@ class VariedKey:
 
     @property
     def printed(self) -> tuple[float, str]:
-        """The factor by which values are printed, and their unit there: that in which they are written, if it is one."""
+        """Factor and unit of printed values: the unit in which they are written, if all have the same."""
         if self.written:
             return 1 / Unit(self.unit or "", self.what).parse(f"1 {self.written}"), self.written
         return unit_in_print(self.unit or "")
 
     def in_si(self, given: Any) -> Any:
-        """A value as a number in SI, or several; what is none, as it was given."""
+        """Return a value, or several, in SI; a value that is no quantity is unchanged."""
         if self.unit is None:
             return given
         if isinstance(given, list | tuple):
@@ -59,18 +59,18 @@ class VariedKey:
         return given
 
     def at(self, value: Any) -> str:
-        """A value (in SI) in words: ``eccentricity of drum = 1.5 mm``."""
+        """Return a value (in SI) in words: ``eccentricity of drum = 1.5 mm``."""
         return f"{self.what} = {value_in_words(value, *self.printed)}"
 
 
 def varied_key(asked: StudyFile, path: str, values: Sequence[Any], dimensionless: bool) -> VariedKey:
-    """A key by its path, of a study file that has been read: a parameter, a key of the question, or any other."""
+    """Return a key by its path, of a study file: a parameter, a key of the study, or any other."""
     key = _key(asked, path, dimensionless)
     return replace(key, written=_written(key, values))
 
 
 def _written(key: VariedKey, values: Sequence[Any]) -> str:
-    """The unit in which all values of a quantity are written; empty where they have different ones, or none."""
+    """Return the unit in which all values of a quantity are written; empty where they have different ones, or none."""
     found = {match[1] if isinstance(v, str) and (match := _NUMBER.fullmatch(v)) else "" for v in values}
     unit = found.pop() if len(found) == 1 and key.unit else ""
     return unit if unit and isinstance(key.in_si(f"1 {unit}"), float) else ""
@@ -95,13 +95,16 @@ def _key(asked: StudyFile, path: str, dimensionless: bool) -> VariedKey:
     return VariedKey(path, Parameter(path, 0.0, "", "", path.rpartition(".")[2].replace("_", " ")).words, None)
 
 
-_NESTED = "this is a comparison itself; name what it compares"
+_NESTED = "this is a comparison; name the files that it compares"
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One of them. name: what tells it from others but for what is varied. varied: by path, in SI where it is a number; keys:
-    what these are. asked: its study; result: it is there already; refused: what is wrong with it."""
+    """Variant of a comparison.
+
+    name: distinguishes it from those of other files. varied_values: by path, in SI where they are numbers; keys: their
+    descriptions. study_file: its study; result: if it exists already; refusal: error of an invalid variant.
+    """
 
     name: str
     source: str
@@ -113,19 +116,19 @@ class Variant:
 
     @property
     def label(self) -> str:
-        """What it is called: its name, and what is varied, in words with units."""
+        """Name, and varied values in words with units."""
         return "; ".join([*([self.name] if self.name else []), *(key.at(self.varied[key.path]) for key in self.keys)])
 
     @property
     def title(self) -> str:
-        """Of the machine."""
+        """Title of the machine."""
         if self.result is not None:
             return str(self.result.attrs["title"])
         return "" if self.asked is None else subject_of(self.asked.spec).describe(self.asked.subject).title
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What is asked, of what."""
+        """Facts on the study and its subject."""
         if self.result is not None:
             stored: dict[str, Any] = self.result.wucht.question
             return stored
@@ -136,7 +139,7 @@ class Variant:
 
     @property
     def dimensionless(self) -> bool:
-        """Whether its numbers have no units."""
+        """True if its numbers have no units."""
         if self.result is not None:
             return bool(self.result.attrs["dimensionless"])
         return self.asked is not None and subject_of(self.asked.spec).describe(self.asked.subject).dimensionless
@@ -144,20 +147,20 @@ class Variant:
 
 @dataclass(frozen=True)
 class Variants:
-    """All of them, in the order of the files."""
+    """All variants, in the order of the files."""
 
     title: str
     variants: tuple[Variant, ...]
 
 
 class OfVariants:
-    """The files and results that the table ``[study]`` names."""
+    """Subject of a comparison: the files and results that the table ``[study]`` names."""
 
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Variants, Document]:
-        """See ``Subject``. settings: keys that are set in all of them too."""
+        """Read the variants, see ``Subject``. settings: further keys set in all variants."""
         for key in ("machine", "system"):
             if key in document:
-                raise InputError(key, None, "not allowed here: study.of names the files of what is compared")
+                raise InputError(key, None, "not allowed here: study.of names the compared files")
         refuse_unknown(document, ABOUT, "")
         spec = Comparison.read(document["study"])
         shared = spec.set | flatten(settings)
@@ -166,9 +169,9 @@ class OfVariants:
         return Variants(str(document.get("title") or _title(spec, variants)), variants), {}
 
     def describe(self, subject: Any) -> Description:
-        """See ``Subject``."""
+        """Describe the variants, see ``Subject``."""
         if not isinstance(subject, Variants):
-            raise InputError("study.of", subject, "this study is asked of what its table [study] names; see wucht.compare")
+            raise InputError("study.of", subject, "this study needs the files that its table [study] names; see wucht.compare")
         facts = {"title": subject.title, "variants": [{"label": v.label} | v.facts for v in subject.variants]}
         return Description(subject.title, all(v.dimensionless for v in subject.variants), facts)
 
@@ -180,7 +183,7 @@ def _title(spec: Comparison, variants: Sequence[Variant]) -> str:
 
 
 def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Comparison) -> list[Variant]:
-    """The variants of a file, or the result in a folder. Raises ``InputError`` where none of them can be asked."""
+    """Return the variants of a file, or the result in a folder. Raises ``InputError`` where none of them is valid."""
     place = folder / source
     if place.suffix == ".nc" or (place.is_dir() and result_file(place).is_file()):
         if shared or spec.vary:
@@ -216,7 +219,7 @@ def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Compa
 
 
 def _named(variants: list[Variant]) -> tuple[Variant, ...]:
-    """With names that tell them from each other: none where there is one file, and what is varied tells it all."""
+    """Name the variants uniquely: no names are needed where there is one file and varied values distinguish all."""
     sources = {v.source: _name(v.source) for v in variants}
     named, count = list[Variant](), Counter[str]()
     for v in variants:
@@ -229,7 +232,7 @@ def _named(variants: list[Variant]) -> tuple[Variant, ...]:
 
 
 def _name(source: str) -> str:
-    """The last name of a path: of the study file, or of the folder of the result."""
+    """Return the last name of a path: of the study file, or of the folder of the result."""
     path = Path(source)
     return (path.parent if path.name == RESULT else path).name.removesuffix(".toml") or source
 

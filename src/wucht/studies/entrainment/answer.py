@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_CREEPING = 0.02  # rad: a phase that moves more in the second half of the window is not yet steady
+_CREEPING = 0.02  # rad: a phase that moves further in the second half of the window is not steady yet
 
 
 def dataset(case: EntrainmentCase, findings: Findings) -> xr.Dataset:
-    """The Dataset. Phases of rotors are to the main one, of this one to the vibration, of other bodies to their rotor."""
+    """Return the Dataset. Phases of rotors are relative to the main one, its phase to the vibration, bodies to their rotor."""
     swept, frequency, outcome = case.swept, case.machine.shaking_frequency, _outcome(case, findings)
     runs = findings.runs or (() if findings.own is None else (findings.own,))
     quantities = [
@@ -45,12 +45,12 @@ def dataset(case: EntrainmentCase, findings: Findings) -> xr.Dataset:
 
 
 def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
-    """Phases to a vibration in (-pi, pi], as 001 (22) has them, to a rotor in [0, 2 pi)."""
+    """Wrap phases: relative to a vibration into (-pi, pi], as in 001 (22), relative to a rotor into [0, 2 pi)."""
     return math.pi - wrapped(math.pi - phases) if machine.shaken is not None else wrapped(phases)
 
 
 def _of_motions(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
-    """Of the averaged equations (point), and of locked motions of the full ones (orbit)."""
+    """Return the motions of the averaged equations (point), and the locked motions of the full ones (orbit)."""
     machine, swept, motions, branches = case.machine, case.swept, findings.motions, findings.existing.branches
     names, equations, speed, angle = bodies_with_phase(machine), findings.existing.equations, machine.units.speed, _angle(case)
     sizes = [len(b.values) for b in branches]
@@ -78,13 +78,13 @@ def _of_motions(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
 
 
 def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> list[Quantity]:
-    """Of runs from the start. run_taken: whether the rotors end entrained."""
+    """Return the runs from the start. run_taken: 1 where the rotors end entrained."""
     machine, swept, units = case.machine, case.swept, case.machine.units
     names, angle = [r.name for r in machine.rotors], _angle(case)
     keys = ["vibration", *names[1:]]  # of phases
 
     def rows(count: int, of_runs: Sequence[Any]) -> np.ndarray:
-        """Several numbers of each run, (count, run)."""
+        """Return several numbers of each run, (count, run)."""
         return np.array(of_runs, float).reshape(len(runs), count).T
 
     speeds = rows(len(names), [[r.speeds.get(n, math.nan) for n in names] for r in runs])
@@ -97,9 +97,9 @@ def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> list[Quanti
         Quantity("run_speed", [abs(r.mean_speed) for r in runs], "mean speed", units.speed, "run"),
         Quantity("run_mean_speed", [r.mean_speed for r in runs], "mean speed", units.speed, "run"),
         Quantity("run_drift", [r.creep for r in runs], "creep of the phase", angle, "run"),
-        Quantity("run_until", [r.until for r in runs], "time asked for", units.time, "run"),
+        Quantity("run_until", [r.until for r in runs], "prescribed duration", units.time, "run"),
         Quantity("run_end_time", [r.end_time for r in runs], "end", units.time, "run"),
-        Quantity("run_failed", np.array([r.failure or "" for r in runs], str), "why the run failed", "", "run"),
+        Quantity("run_failed", np.array([r.failure or "" for r in runs], str), "reason why the run failed", "", "run"),
         Quantity("run_window", windows, "window of the means", units.time, "end run"),
         Quantity("run_rotor_speed", speeds, "mean speed", units.speed, "rotor run"),
         Quantity("run_rotor_phase", phases, "phase", angle, "rotor run"),
@@ -109,28 +109,28 @@ def _of_runs(case: EntrainmentCase, runs: Sequence[RunFromStart]) -> list[Quanti
 
 
 def _of_bands(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
-    """What is swept, and where rotors are entrained. Of an end beyond the range a band has None."""
+    """Return the swept parameter and the bands of entrainment. An end beyond the range is None."""
     band, capture, swept, unit = findings.existing.band, findings.band, case.swept, case.swept.unit
     edges = None if band is None else [None if e.kind == "range" else e.value for e in (band.low, band.high)]
     islands = [] if capture is None else [list(i) for i in capture.islands]
     return [
         Quantity("along", swept.name, "swept parameter"),
         Quantity("along_unit", unit, "unit of the swept parameter"),
-        Quantity("value", swept.own, "value of the machine as it is", unit),
+        Quantity("value", swept.own, "nominal value of the parameter", unit),
         Quantity("range", findings.range and list(findings.range), "lowest and highest value of the parameter", unit),
         Quantity("existence_band", edges, "band in which the entrained motion exists and is stable", unit),
         Quantity("existence_band_from", band and "averaged equations", "equations of that band"),
-        Quantity("existence_edges", band and [band.low.kind, band.high.kind], "how that band ends"),
+        Quantity("existence_edges", band and [band.low.kind, band.high.kind], "kinds of the ends of that band"),
         Quantity("branch", band and band.branch, "branch of that band"),
         Quantity("existence_band_full", list(findings.ends) if findings.motions else None, "band by the full equations", unit),
-        Quantity("band_from_rest", capture and list(capture.edges), "band in which it is reached from the start", unit),
-        Quantity("islands", islands, "where it is reached apart from that band", unit),
+        Quantity("band_from_rest", capture and list(capture.edges), "band of entrainment from the start", unit),
+        Quantity("islands", islands, "intervals outside that band in which it is reached", unit),
         Quantity("resolution", findings.resolution, "resolution of the edges", unit),
     ]
 
 
 def _of_machine(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
-    """Of the machine as it is, and the vibration that it needs."""
+    """Return the motion at the nominal value, and the least vibration that entrains."""
     machine, own, motion, angle = case.machine, findings.own, findings.own_motion, _angle(case)
     phases, mean = _phases(case, findings), None if own is None else own.mean_speed
     averaged = {name: float(_in_a_turn(machine, phase)) for name, phase in findings.existing.phases.items()}
@@ -143,19 +143,19 @@ def _of_machine(case: EntrainmentCase, findings: Findings) -> list[Quantity]:
         Quantity("phases_slow", averaged, "phases by body by the averaged equations", angle),
         Quantity("mean_speed", speed, "mean speed of the main rotor", machine.units.speed),
         Quantity("window", own and list(own.window), "window of the means", machine.units.time),
-        Quantity("stable", motion and motion.stable, "whether the locked motion is stable"),
-        Quantity("multiplier", motion and motion.multiplier, "its largest multiplier that is not 1 for reasons of form"),
+        Quantity("stable", motion and motion.stable, "true if the locked motion is stable"),
+        Quantity("multiplier", motion and motion.multiplier, "its largest multiplier, without those that are always 1"),
         Quantity("threshold_amplitude", findings.threshold, "least amplitude of the vibration that entrains", length),
     ]
 
 
 def _angle(case: EntrainmentCase) -> str:
-    """The unit of angles."""
+    """Return the unit of angles."""
     return "rad" if case.machine.units.time else ""
 
 
 def _phases(case: EntrainmentCase, findings: Findings) -> dict[str, float]:
-    """By body: of the locked motion, else at the end of the run where that is entrained."""
+    """Return the phases by body: of the locked motion, else at the end of the run where that is entrained."""
     names, own, motion = bodies_with_phase(case.machine), findings.own, findings.own_motion
     if motion is not None:
         return dict(zip(names, _in_a_turn(case.machine, motion.phases).tolist(), strict=True))
@@ -167,7 +167,7 @@ def _phases(case: EntrainmentCase, findings: Findings) -> dict[str, float]:
 
 
 def _only(phases: dict[str, float]) -> float | dict[str, float] | None:
-    """The phase where there is a single one, else all by name; None where there is none."""
+    """Return the phase where there is a single one, else all by name; None where there is none."""
     return next(iter(phases.values())) if len(phases) == 1 else phases or None
 
 
@@ -185,24 +185,24 @@ def _sentence(case: EntrainmentCase, findings: Findings, outcome: Outcome) -> st
     if findings.failure is not None:
         return findings.failure
     if findings.band is None:
-        interrupted = "the study was interrupted before its band was found"
-        nowhere = "nowhere in the range is it reached from the start"
+        interrupted = "the study was interrupted before its band was determined"
+        nowhere = "it is not reached from the start anywhere in the range"
         return f"{outcome.sentence}; {nowhere if findings.complete else interrupted}"
     band = band_in_words(findings.band.edges, case.swept.unit, f"{case.swept.name} = ")
-    return f"{outcome.sentence}; from the start that is reached {band}"
+    return f"{outcome.sentence}; this is reached from the start {band}"
 
 
 def _warnings(case: EntrainmentCase, findings: Findings) -> list[str]:
-    """What is doubtful, left out, or not yet done."""
+    """Return warnings on doubtful, omitted or unfinished results."""
     swept, runs = case.swept, findings.runs
     unit = f" {swept.unit}" if swept.unit else ""
     lines = [*findings.existing.warnings, *(f"at {swept.name} = {r.value:.6g}: {r.failure}" for r in runs if r.failure)]
     lines += [findings.no_motion] if findings.no_motion is not None else []
     if not findings.complete and findings.failure is None:
-        lines.append(f"{len(runs)} runs from the start are finished; the search is not")
+        lines.append(f"{len(runs)} runs from the start are finished, but the search is not")
     if findings.band is not None and findings.band.islands:
         where = ", ".join(f"{low:.5g} to {high:.5g}" for low, high in findings.band.islands)
-        lines.append(f"from the start it is also reached apart from the band: {where}{unit}; finer points may show more")
+        lines.append(f"from the start it is also reached outside the band: {where}{unit}; finer points may show more")
     moving = next((r for r in runs if r.entrained and r.creep > _CREEPING), None)
     if moving is not None:
         where = f"{swept.name} = {moving.value:.6g}{unit}"
@@ -211,11 +211,11 @@ def _warnings(case: EntrainmentCase, findings: Findings) -> list[str]:
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for the study ``entrainment``."""
+    """Return the lines that ``wucht run`` prints for the study ``entrainment``."""
     s, lines = result.wucht.summary, ReportLines(result)
     unit = f" {s['along_unit']}" if s["along_unit"] else ""
     words = partial(band_in_words, unit=s["along_unit"], digits=7)
-    lines.add("looked at", "{along} = {value:.6g}")
+    lines.add("parameter", "{along} = {value:.6g}")
     if s["existence_band"] is not None:
         kinds = dict.fromkeys(k for k in s["existence_edges"] if k != "range")
         how = f", ends: {', '.join(kinds)}" if kinds else ""
@@ -237,11 +237,11 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def band_in_words(band: Sequence[float | None], unit: str, what: str = "", digits: int = 6) -> str:
-    """A band (low, high), None for an end beyond what was looked at. what: before the first of its values."""
+    """Return a band (low, high) in words, None for an end beyond the range. prefix: written before its first value."""
     low, high = (None if edge is None else f"{edge:.{digits}g}" for edge in band)
     end = f" {unit}" if unit else ""
     if low is None:
-        return "in all of the range" if high is None else f"below {what}{high}{end}"
+        return "in the whole range" if high is None else f"below {what}{high}{end}"
     return f"above {what}{low}{end}" if high is None else f"between {what}{low} and {high}{end}"
 
 

@@ -1,4 +1,4 @@
-"""Question and machine -> the case -> findings: locked motions, and runs from the start over a parameter."""
+"""Spec and machine -> case -> findings: locked motions, and runs from the start over a parameter."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from wucht.studies.entrainment.spec import Entrainment
 
 
 def prepare(spec: Entrainment, machine: Machine) -> EntrainmentCase:
-    """The case. Raises ``InputError`` where the question does not fit the machine."""
+    """Return the case. Raises ``InputError`` where the study does not fit the machine."""
     check_entrainable(machine)
     swept = swept_parameter(machine, spec.along)
     unit = Unit(swept.unit, swept.what)
@@ -44,18 +44,18 @@ def prepare(spec: Entrainment, machine: Machine) -> EntrainmentCase:
 _RESOLUTION = 1e-5  # of the range
 _BISECTIONS = 70  # expected, for the progress
 _MOTIONS = 8  # to each side of the seed
-_TOO_SHORT = 1.5  # times as long as a run is, it should have been: it is made again
+_TOO_SHORT = 1.5  # ratio of required to actual duration beyond which a run is repeated
 
-Stage = Generator["Findings", None, "Findings"]  # each more complete than that before; the last is returned
+Stage = Generator["Findings", None, "Findings"]  # yields more and more complete findings, and returns the last
 
 
 @dataclass(frozen=True)
 class Findings:
-    """All so far. own: the run of the machine as it is. range, resolution: what is looked at, and how finely.
+    """Findings so far. nominal_run: at the nominal value of the parameter. range, resolution: of the parameter.
 
-    existing: of the averaged equations. runs: from the start, in increasing order of their value; band: reached by them.
-    motions: locked ones, likewise in order; ends: where they end below and above, None where beyond the range; no_motion: why
-    there are none. threshold: the least amplitude of the vibration. complete: nothing is left to do.
+    existing: bands of the averaged equations. runs: from the start, in increasing order of their value; band: reached by them.
+    motions: locked ones, likewise in order; ends: where they end below and above, None where beyond the range; no_motion:
+    reason why there are none. threshold: the least amplitude of the vibration. complete: true if all work is done.
     """
 
     own: RunFromStart | None = None
@@ -72,18 +72,18 @@ class Findings:
 
     @property
     def failure(self) -> str | None:
-        """Why the run of the machine as it is failed, after which nothing is searched."""
+        """Reason why the nominal run failed, after which no search follows."""
         return self.own.failure if self.own is not None else None
 
     @property
     def own_motion(self) -> LockedMotion | None:
-        """The locked motion of the machine as it is, if its run is entrained."""
+        """Locked motion at the nominal value, if its run is entrained."""
         own = self.own.value if self.own is not None and self.own.entrained else None
         return next((m for m in self.motions if m.value == own), None)
 
 
 def run(case: EntrainmentCase, work: Work) -> Iterator[Findings]:
-    """Search; the findings after each run and each locked motion."""
+    """Search for the bands, and yield the findings after each run and each locked motion."""
     yield (findings := Findings())
     runs = RunsFromStart(case)
     own = _run(runs, case.swept.own, work.part("own", 0.0, 0.03))
@@ -109,13 +109,13 @@ def run(case: EntrainmentCase, work: Work) -> Iterator[Findings]:
 
 
 def _run(runs: RunsFromStart, value: float, work: Work, share: float = 0.0) -> RunFromStart:
-    """A run from the start. share: of the part of the work, at which it is made."""
+    """Make a run from the start. share: of this part of the work, for the progress."""
     what = f"{runs.case.swept.name} = {value:.6g}"
     return work.unit(f"at {value!r} for {runs.duration!r}", lambda: runs(value, lambda _: work.report(share, what)))
 
 
 def _with_band(case: EntrainmentCase, runs: RunsFromStart, findings: Findings, own: RunFromStart, work: Work) -> Stage:
-    """Runs evenly over the range and at the machine's own value, then those that the search for the edges asks for."""
+    """Make runs evenly over the range and at the nominal value, then those that the search for the edges needs."""
     done, points = list[RunFromStart](), case.points
     scan = dict.fromkeys([*np.linspace(*(findings.range or case.limits), points).tolist(), own.value])
     for k, value in enumerate(chain(scan, values_to_run(done, own.value, findings.resolution))):
@@ -126,7 +126,7 @@ def _with_band(case: EntrainmentCase, runs: RunsFromStart, findings: Findings, o
 
 
 def _with_motions(case: EntrainmentCase, senses: Mapping[str, float], findings: Findings, work: Work) -> Stage:
-    """Locked motions from the machine's own on, or from the entrained run nearest to it."""
+    """Follow locked motions from the nominal value on, or from the entrained run nearest to it."""
     nearest = min((r for r in findings.runs if r.entrained), key=lambda r: abs(r.value - case.swept.own), default=None)
     if nearest is None:
         return findings
@@ -150,7 +150,7 @@ def _with_motions(case: EntrainmentCase, senses: Mapping[str, float], findings: 
 
 
 def _seed(locked: LockedMotions, nearest: RunFromStart) -> LockedMotion | str:
-    """The locked motion at the end of a run; or why there is none."""
+    """Return the locked motion at the end of a run, or the reason why there is none."""
     try:
         return locked.motion(nearest.value, nearest.end_state, abs(nearest.mean_speed))
     except WuchtError as error:

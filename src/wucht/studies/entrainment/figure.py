@@ -1,4 +1,4 @@
-"""The figure of entrainment: phases and speed over the parameter, the band of existence and that reached from the start."""
+"""The figure of entrainment: phases and speed over the parameter, the band of existence and the band reached from the start."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.answer import band_in_words
 
-_MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
+_MARGIN = 0.03  # of the range, so that curves and marks at its ends are visible
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]
-_OTHERS: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that which the question is about
+_OTHERS: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that of the band
 
 _ORBIT: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerfacecolor": "white", "zorder": 4}
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Two panels from the Dataset alone: phases in degrees, stable solid and unstable dashed; and the mean speed."""
+    """Draw two panels from the Dataset alone: phases in degrees, stable solid and unstable dashed; and the mean speed."""
     summary, unit = result.wucht.summary, result.attrs["along_unit"]
     subtitle, exists, reached = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
     if result.attrs["finished"] and exists is not None:
@@ -47,14 +47,14 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _limits(result: xr.Dataset, own: float) -> tuple[float, float]:
-    """Of what an interrupted study has reached."""
+    """Return the limits of the values that an interrupted study has reached."""
     values = [*result.value.values, *result.run_value.values, own]
     low, high = min(values), max(values)
     return (low, high) if high > low else (low - 1, high + 1)
 
 
 def _bands(axis: Axes, summary: dict[str, Any], low: float, high: float, named: bool) -> None:
-    """The band of existence shaded; the edges of that from the start as lines."""
+    """Shade the band of existence, and draw the edges of the band reached from the start as lines."""
     exists, reached = summary["existence_band"], summary["band_from_rest"] or ()
     if exists is not None:
         begin, end = (low if exists[0] is None else exists[0]), (high if exists[1] is None else exists[1])
@@ -73,7 +73,7 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
         body = f"{name}: " if len(names) > 1 else ""
         for k, stable in itertools.product(np.unique(result.branch.values), (True, False)):
             branch = result.isel(point=result.branch.values == k)
-            other = own is not None and k != own  # such as exciters that are captured at a resonance together
+            other = own is not None and k != own  # such as exciters captured at a resonance together
             phases = _wrapped(branch.phase.sel(body=name).values, top)
             x, y = _part(branch.value.values, phases, branch.stable.values.astype(bool), stable, top)
             if np.isfinite(y).any():
@@ -94,19 +94,19 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
 
 
 def _top(result: xr.Dataset, own: int | None) -> float:
-    """Where the circle of phases is cut, in rad: away from the phases of the machine."""
+    """Return where the circle of phases is cut, in rad: away from the phases of the machine."""
     averaged = result.phase.values[:, (result.branch.values == own) & (result.stable.values == 1)]
     phases = np.concatenate([averaged.ravel(), result.orbit_phase.values.ravel()])
     return math.pi if len(phases) and np.nanmean(np.cos(phases)) > 0 else 2 * math.pi
 
 
 def _wrapped(phases: np.ndarray, top: float) -> np.ndarray:
-    """Phases in (top - 2 pi, top]."""
+    """Wrap phases into (top - 2 pi, top]."""
     return np.asarray(top - np.remainder(top - phases, 2 * math.pi))
 
 
 def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: float) -> tuple[np.ndarray, np.ndarray]:
-    """The stable or unstable part of a branch in its order, with gaps elsewhere; a phase that wraps goes to the border."""
+    """Return the stable or unstable part of a branch, with gaps elsewhere; a phase that wraps continues at the border."""
     chosen = stable == wanted
     if not wanted:  # so that the two kinds of line meet, at both ends
         chosen = meeting(chosen) | meeting(chosen[::-1])[::-1]
@@ -121,7 +121,7 @@ def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: f
 
 
 def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
-    """The runs' mean speeds: filled where entrained; what the drive alone would reach."""
+    """Draw the mean speeds of the runs, filled where entrained, and the speed without vibration."""
     x, y, entrained = result.run_value.values, result.run_speed.values, result.run_taken.values.astype(bool)
     frequency, free = result.attrs.get("frequency"), np.abs(result.free_speed.values)
     for k in np.unique(result.branch.values[result.stable.values == 1]) if frequency is None else ():

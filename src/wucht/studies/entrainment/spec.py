@@ -1,4 +1,4 @@
-"""The question of entrainment."""
+"""Spec of the study of entrainment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FEWEST, _MOST = 5, 2000
 
 
 class Entrainment(Spec):
-    """In which band of a parameter rotors are entrained by a vibration or by each other, and with which phase."""
+    """Band of a parameter in which rotors are entrained by a vibration or by each other, and their phases."""
 
     kind: ClassVar[str] = "entrainment"
     solves: ClassVar[str] = f"{FULL} for the runs, {AVERAGED} for the band of existence"
@@ -29,15 +29,15 @@ class Entrainment(Spec):
         "would be faster; by default the no-load speed of the main rotor's drive; of two exciters "
         '`"detuning"`; of a rotor without drive the amplitude of the vibration',
     )
-    range: Pair | None = Field(None, description="pair [low, high] of it; by default the band of existence and a margin")
+    range: Pair | None = Field(None, description="pair [low, high] of it; by default the band of existence with a margin")
     points: Whole = Field(DEFAULT_POINTS, description="number of runs from the start, evenly over the range")
     resolution: Value | None = Field(None, description="resolution of the edges, in the parameter's unit")
     start: Start = Field(default_factory=dict)
     until: float | None = si(
-        "s", "time", default=None, gt=0, help="how long a run lasts at least; by default as the averaged equations ask"
+        "s", "time", default=None, gt=0, help="least duration of a run; by default from the averaged equations"
     )
 
     def check(self) -> None:
-        """The number of points."""
+        """Check the number of points."""
         if not _FEWEST <= self.points <= _MOST:
             raise InputError("study.points", self.points, f"must be a whole number from {_FEWEST} to {_MOST}")

@@ -1,1 +1,1 @@
-"""The study ``exciter-design``: motor, unbalances, damping and stiffness with which a beating exciter gives a load spectrum."""
+"""Study ``exciter-design``: motor, unbalances, damping and stiffness of a beating exciter for a given load spectrum."""

@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: the wanted spectrum, the variables, and the candidates that are tried."""
+"""Spec and machine -> plan -> findings: target spectrum, variables, and candidates."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _CYCLES = Unit("cycles", "number of cycles")  # without that unit a cycle would 
 
 
 def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
-    """The spectrum. unit: of its amplitudes. folder: in which a file lies. Raises ``InputError``."""
+    """Return the target spectrum. unit: of its amplitudes. folder: of its file. Raises ``InputError``."""
     amplitude = Unit(unit, "amplitude")
     if target.file is not None:
         if folder is None:
             raise InputError(
                 f"{_AT}.file",
                 target.file,
-                "allowed only where the study file itself names it; else give the table",
+                "allowed only in a study file; else give the table",
                 code="not-allowed",
             )
         try:
@@ -63,7 +63,7 @@ def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
 
 
 def _read(table: Sequence[tuple[Value, Value]], amplitude: Unit) -> list[list[float]]:
-    """The rows of a table, by ascending amplitude."""
+    """Return the rows of a table, by ascending amplitude."""
     units = (amplitude, _CYCLES)
     rows = [
         [read_quantity(units[k], given, f"{_AT}.table[{i}][{k}]") for k, given in enumerate(row)] for i, row in enumerate(table)
@@ -72,7 +72,7 @@ def _read(table: Sequence[tuple[Value, Value]], amplitude: Unit) -> list[list[fl
 
 
 def _of_rows(rows: Sequence[Sequence[float]], where: str, given: object, stepped: bool) -> Cycles:
-    """Raises ``InputError`` for a table that is no cumulative spectrum."""
+    """Return the spectrum of a table. Raises ``InputError`` for a table that is no cumulative spectrum."""
     if len(rows) < 1 or (len(rows) < 2 and not stepped):
         raise InputError(where, given, "must have two rows at least, of amplitude and cumulative cycles")
     amplitudes, cumulative = np.array(rows, float).T
@@ -80,7 +80,7 @@ def _of_rows(rows: Sequence[Sequence[float]], where: str, given: object, stepped
         raise InputError(where, given, "must have different amplitudes, none below 0")
     if not (cumulative > 0).all() or (np.diff(cumulative) > 0).any():
         raise InputError(where, given, "must have cycles greater than 0 that do not increase with the amplitude: each row "
-                         "says how many have at least its amplitude")  # fmt: skip
+                         "states how many have at least its amplitude")  # fmt: skip
     if not cumulative[0] > 1:
         raise InputError(where, given, "must have more than one cycle")
     return tabulated_spectrum(amplitudes, cumulative, stepped)
@@ -88,30 +88,30 @@ def _of_rows(rows: Sequence[Sequence[float]], where: str, given: object, stepped
 
 @dataclass(frozen=True)
 class MachineInFolder:
-    """A machine that was read from a study file in a folder."""
+    """Machine that was read from a study file in a folder."""
 
     machine: Machine
     folder: Path
 
     def contents(self, name: str) -> str:
-        """Of a file beside the study file, so that a changed one is another question."""
+        """Return the contents of a file beside the study file: a changed file makes another question."""
         return contents_of(self.folder / name)
 
 
 class OfMachineInFolder:
-    """The machine of the table ``[machine]``; with where it was read from, if the target lies in a file beside it."""
+    """Subject of a design: the machine of the table ``[machine]``, with its folder if the target lies in a file beside it."""
 
     def read(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
     ) -> tuple[Machine | MachineInFolder, Document]:
-        """See ``Subject``."""
+        """Read the machine, see ``Subject``."""
         machine, described = MACHINE.read(document, path, name, settings)
         target = table(document, "study", "study").get("target") if "study" in document else None
         named = isinstance(target, Mapping) and "file" in target
         return MachineInFolder(machine, path.parent) if named else machine, described
 
     def describe(self, subject: Any) -> Description:
-        """See ``Subject``."""
+        """Describe the machine, see ``Subject``."""
         return MACHINE.describe(subject.machine if isinstance(subject, MachineInFolder) else subject)
 
 
@@ -120,8 +120,11 @@ MACHINE_IN_FOLDER = OfMachineInFolder()
 
 @dataclass(frozen=True)
 class Plan:
-    """numbers: the machine's own values of the variables (k,). target: cycles that are wanted. signal, unit: what is counted.
-    generations: of the search. warnings: what is doubtful about the question."""
+    """Plan of a design.
+
+    numbers: nominal values of the variables (k,). target: cycles of the target. signal, unit: of the counted signal.
+    generations: of the search. warnings: doubts about the study.
+    """
 
     spec: ExciterDesign
     machine: Machine
@@ -135,7 +138,7 @@ class Plan:
 
 
 def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    """Return the plan. Raises ``InputError`` where the study does not fit the machine."""
     machine, folder = (subject.machine, subject.folder) if isinstance(subject, MachineInFolder) else (subject, None)
     needed(spec.kind)
     if not any(isinstance(p, Body) for p in machine.parts):
@@ -143,7 +146,7 @@ def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
     if not balancing(machine):
         raise InputError("machine.bodies", None, f"needed is a pendulum about {machine.rotor.name!r}: without it nothing beats")
     if machine.schedules:
-        raise InputError("machine.schedules", None, "allowed only for a machine without schedules: the beating is to last")
+        raise InputError("machine.schedules", None, "allowed only for a machine without schedules: the beating must last")
     signal = machine_signal(machine, spec.signal, spec.direction)
     target = wanted(spec.target, signal.unit, folder)
     rig = Rig(spec.signal, spec.direction, spec.start, spec.inertia, spec.tolerance)
@@ -158,7 +161,7 @@ def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
 
 
 def _check_ends(trials: Trials, numbers: np.ndarray) -> None:
-    """Raises ``InputError`` for an end of a range that the parts do not allow, the rest being as it is."""
+    """Raise ``InputError`` for an end of a range that the parts do not allow, with nominal values otherwise."""
     for k, v in enumerate(trials.variables):
         for end in (v.low, v.high):
             try:
@@ -168,13 +171,16 @@ def _check_ends(trials: Trials, numbers: np.ndarray) -> None:
 
 
 _REACH, _SEARCH, _POLISH, _FULL, _CORRECTED = 0.2, 0.55, 0.7, 0.75, 0.9  # shares of the work after each
-_APART = 0.1  # of the ranges: candidates that are nearer to each other are one
+_APART = 0.1  # of the ranges: candidates nearer to each other count as one
 
 
 @dataclass(frozen=True)
 class Findings:
-    """reach: random points of the ranges. search: generations. polished: local searches. checked: candidates in the full
-    equations, those of corrections last. tolerances: exciters about the design, by their corrected spectra."""
+    """Candidates of a design.
+
+    reach: random points of the ranges. search: generations. local_optima: of local searches. full_runs: candidates in the full
+    equations, those of corrections last. tolerances: exciters about the design, by their corrected spectra.
+    """
 
     reach: tuple[Tried, ...] = ()
     search: tuple[Tried, ...] = ()
@@ -184,13 +190,13 @@ class Findings:
     complete: bool = False
 
     def design(self, metric: int) -> Checked | None:
-        """The one whose spectrum in the full equations is nearest to the target; None: there is none that beats."""
+        """Return the run of the full equations whose spectrum is nearest to the target; None where none beats."""
         beating = [c for c in self.checked if c.beats and np.isfinite(c.distances[metric])]
         return min(beating, key=lambda c: float(c.distances[metric]), default=None)
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """What is found, after each batch of candidates and each run."""
+    """Search for the design, and yield the findings after each batch of candidates and each run."""
     findings, spec, metric = Findings(), plan.spec, plan.trials.metric
     for batch in _in_batches(plan, _sobol(plan, spec.reach, 0), plan.target, "reach", work.part("reach", 0.0, _REACH)):
         findings = replace(findings, reach=(*findings.reach, batch))
@@ -225,7 +231,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _points(plan: Plan, count: int, stream: int) -> np.ndarray:
-    """Scrambled Sobol' points (P, k)."""
+    """Return scrambled Sobol' points (P, k)."""
     from scipy.stats import qmc
 
     sobol = qmc.Sobol(len(plan.trials.variables), scramble=True, rng=np.random.default_rng([plan.spec.seed, stream]))
@@ -237,7 +243,7 @@ def _sobol(plan: Plan, count: int, stream: int) -> np.ndarray:
 
 
 def _in_batches(plan: Plan, numbers: np.ndarray, target: Cycles, what: str, work: Work) -> Iterator[Tried]:
-    """Candidates (P, k), some at a time."""
+    """Evaluate candidates (P, k) in batches."""
     size = plan.spec.population
     for begin in range(0, len(numbers), size):
         part = work.part("", begin / len(numbers), min(1.0, (begin + size) / len(numbers)))
@@ -250,7 +256,7 @@ def _telling(work: Work, what: str) -> Callable[[float], None]:
 
 
 def _searched(plan: Plan, findings: Findings, work: Work) -> Iterator[Tried]:
-    """The generations of the search, the first from the best of the random points, and the exciter as it is."""
+    """Yield the generations of the search, the first from the best random points and the nominal exciter."""
     size, metric = plan.spec.population, plan.trials.metric
     numbers, far = _known(findings.reach, metric)
     own = plan.trials.shares(plan.numbers)
@@ -273,13 +279,13 @@ def _searched(plan: Plan, findings: Findings, work: Work) -> Iterator[Tried]:
 
 
 def _known(batches: tuple[Tried, ...], metric: int) -> tuple[np.ndarray, np.ndarray]:
-    """All candidates (P, k), and their distances (P,), infinite where there is none."""
+    """Return all candidates (P, k), and their distances (P,), infinite where undefined."""
     far = np.concatenate([b.distances[:, metric] for b in batches])
     return np.concatenate([b.numbers for b in batches]), np.where(np.isfinite(far), far, np.inf)
 
 
 def _best(plan: Plan, findings: Findings) -> list[np.ndarray]:
-    """The best candidates, each apart from those before it."""
+    """Return the best candidates, each apart from those before it."""
     numbers, far = _known((*findings.reach, *findings.search), plan.trials.metric)
     shares = np.array([plan.trials.shares(row) for row in numbers])
     chosen: list[int] = []
@@ -306,7 +312,7 @@ def _checked(plan: Plan, numbers: np.ndarray, name: str, work: Work) -> Checked:
 
 
 def _corrected(plan: Plan, findings: Findings, work: Work) -> Iterator[Checked]:
-    """The best again, for a target that is corrected by what the full equations give otherwise: output space mapping.
+    """Optimise again for a target corrected by the deviation of the full equations: output space mapping.
 
     J. W. Bandler et al., "Space mapping: the state of the art", IEEE Transactions on Microwave Theory and Techniques 52 (2004)
     337-361.
@@ -322,5 +328,5 @@ def _corrected(plan: Plan, findings: Findings, work: Work) -> Iterator[Checked]:
         found = _checked(plan, moved.numbers, f"{k} full", here.part("", 0.8, 1.0))
         findings = replace(findings, checked=(*findings.checked, found))
         yield found
-        if findings.design(plan.trials.metric) is best:  # corrected once more it would be the same
+        if findings.design(plan.trials.metric) is best:  # a further correction would give the same
             return

@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a design: spectra, a beat, what can be reached, the search, tolerances."""
+"""Findings -> the Dataset of a design: spectra, a beat, reachable spectra, the search, tolerances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CLASSES, _MOST_ROWS = 100, 200  # of the spectrum in the summary, where it has more different ranges
-_SHARES, _FEW = 400, 120  # of the cycles, at which amplitudes are given; and few of them, evenly by their logarithm
+_SHARES, _FEW = 400, 120  # of the cycles, at which amplitudes are given; and a few more, evenly by their logarithm
 _QUANTILES = {"q05": 0.05, "median": 0.5, "q95": 0.95}
 _OF = {
     "amplitude": "of its largest amplitude, on the mean",
@@ -29,13 +29,13 @@ _TOLERANCES = {
     "spread": ("spread of the parameters", ""),
     **{name: (f"distance that {share:.0%} of the exciters have at most", "") for name, share in _QUANTILES.items()},
 }
-_HARD = 0.9  # exciters within tolerances that beat: if fewer do, it is warned of
-_APART = 1.5  # times the distance in the averaged equations: if that in the full ones is larger, it is warned of
-_MISSED = 1e-3  # of the target's cycles: if more are larger than any that is reached, it is warned of
+_HARD = 0.9  # share of exciters within tolerances that beat: a smaller one is warned of
+_APART = 1.5  # of the distances in the full and the averaged equations: a larger ratio is warned of
+_MISSED = 1e-3  # of the target's cycles: more cycles above the largest reached amplitude are warned of
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a design."""
+    """Return the Dataset of a design."""
     design, name = findings.design(plan.trials.metric), plan.signal[:1].upper() + plan.signal[1:]
     tried, tolerances = (*findings.reach, *findings.search), _tolerances(plan, findings)
     quantities = [
@@ -48,9 +48,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *_of_tried(plan, findings.tolerances, "tolerance", "sample"),
         *_of_runs(plan, findings),
         Quantity("motion", np.array(MOTIONS, str), "motion in the averaged equations", "", "motion"),
-        Quantity("candidates", sum(len(b.motion) for b in tried), "number of candidates that were tried"),
+        Quantity("candidates", sum(len(b.motion) for b in tried), "number of candidates"),
         Quantity("motions", _motions(tried), "number of candidates by their motion in the averaged equations"),
-        Quantity("reach", _reach(findings), "what random points of the ranges reach", parts=_form_parts(plan) | _BEATING),
+        Quantity("reach", _reach(findings), "spectra of random points of the ranges", parts=_form_parts(plan) | _BEATING),
         Quantity("tolerances", tolerances, "distance of exciters within tolerances", parts=_TOLERANCES | _BEATING),
     ]
     return answer(quantities, _sentence(plan, findings, design), _warnings(plan, findings, design, tolerances), signal=name)
@@ -60,12 +60,12 @@ def _form_parts(plan: Plan) -> dict[str, tuple[str, str]]:
     return {
         "upper": ("largest amplitude", plan.unit),
         "ratio": ("smallest over largest amplitude", ""),
-        "fullness": ("where the mean lies between the smallest and the largest amplitude", ""),
+        "fullness": ("position of the mean between the smallest and the largest amplitude", ""),
     }
 
 
 def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
-    """The best exciter, and how far its spectrum is from the target."""
+    """Return the best exciter, and the distance of its spectrum from the target."""
     target, slope, of_parameters = plan.target, plan.spec.slope, {v.name: (v.name, v.unit) for v in plan.trials.variables}
     parameters = distance = apart = None
     of_one, rows = list[Quantity](), list[dict[str, float]]()
@@ -79,10 +79,10 @@ def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
         of_one = [
             Quantity("beat", design.slow.period, "period of a beat, in the averaged equations", time),
             Quantity("cycles_per_beat", design.slow.cycles.total, "number of cycles in a beat"),
-            Quantity("duration", duration, "time that all cycles of the target take", time),
+            Quantity("duration", duration, "duration of all cycles of the target", time),
             Quantity("outcome", design.outcome, "outcome in the full equations"),
             Quantity("upper", cycles.largest / 2, "largest amplitude in the full equations", plan.unit),
-            Quantity("beyond", _beyond(plan, design), "number of cycles of the target that are larger"),
+            Quantity("beyond", _beyond(plan, design), "number of larger cycles of the target"),
             Quantity("damage_ratio", ours / theirs, "damage of a cycle, relative to that of the target"),
         ]
     of_rows = {"range": ("range", plan.unit), "mean": ("mean", plan.unit), "count": ("cycles", "")}
@@ -97,7 +97,7 @@ def _of_design(plan: Plan, design: Checked | None) -> list[Quantity]:
 
 
 def _of_spectra(plan: Plan, design: Checked | None) -> list[Quantity]:
-    """The amplitudes that shares of the cycles reach or exceed, and the form of the target."""
+    """Return the amplitudes that shares of the cycles reach or exceed, and the form of the target."""
     shares, unit, total = _shares(plan.target.total), plan.unit, plan.target.total
     none, (upper, ratio, fullness) = np.full(len(shares), np.nan), _form(plan.target)
     slow, full = (none, none) if design is None else (amplitudes_at(c, shares) for c in (design.slow.cycles, design.cycles))
@@ -117,15 +117,15 @@ def _of_spectra(plan: Plan, design: Checked | None) -> list[Quantity]:
 
 
 def _of_question(plan: Plan) -> list[Quantity]:
-    """What is varied, and what is counted."""
+    """Return the variables, and the counted signal."""
     varied = plan.trials.variables
     ranges = {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in varied}
     return [
-        Quantity("variable", np.array([v.name for v in varied], str), "what is varied", "", "variable"),
-        Quantity("variables", ranges, "what is varied, with its range", parts={v.name: (v.name, v.unit) for v in varied}),
-        Quantity("as_it_is", _named(plan, plan.numbers), "parameters of the machine as it is"),
+        Quantity("variable", np.array([v.name for v in varied], str), "variable", "", "variable"),
+        Quantity("variables", ranges, "variables with their ranges", parts={v.name: (v.name, v.unit) for v in varied}),
+        Quantity("as_it_is", _named(plan, plan.numbers), "nominal parameters of the machine"),
         Quantity("metric", plan.spec.metric, "measure of the distance"),
-        Quantity("signal", plan.signal, "signal that is counted"),
+        Quantity("signal", plan.signal, "counted signal"),
         Quantity("unit", plan.unit, "unit of the signal"),
     ]
 
@@ -136,7 +136,7 @@ def _shares(total: float) -> np.ndarray:
 
 
 def _form(cycles: Cycles) -> tuple[float, float, float]:
-    """Largest amplitude, smallest over largest, and where the mean lies between them (nan where they are one)."""
+    """Return largest amplitude, smallest over largest, and the position of the mean between (nan if they coincide)."""
     low, high = float(cycles.ranges.min()) / 2, cycles.largest / 2
     mean = float(np.average(cycles.ranges, weights=cycles.counts)) / 2
     return high, low / high, (mean - low) / (high - low) if high > low else np.nan
@@ -173,7 +173,7 @@ def _of_tried(plan: Plan, batches: tuple[Tried, ...], name: str, along: str) -> 
 
 
 def _of_runs(plan: Plan, findings: Findings) -> list[Quantity]:
-    """The runs of the full equations, and the designs before them."""
+    """Return the runs of the full equations, and the designs before them."""
     runs, metric = findings.checked, plan.trials.metric
     slow = [float(distances(c.slow.cycles, plan.target, plan.spec.slope)[metric]) for c in runs]
     rows = [
@@ -194,7 +194,7 @@ def _of_runs(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("run_full", np.array([c.distances[metric] for c in runs], float), parts["full"][0], "", "run"),
         Quantity("polished", polished, "parameters after the local search, and their distance in the averaged equations"),
         Quantity("run_value", values, "values, in SI", "", "run variable"),
-        Quantity("run_beats", np.array(beats, np.int8), "whether it beats in the full equations", "", "run"),
+        Quantity("run_beats", np.array(beats, np.int8), "1 where it beats in the full equations", "", "run"),
     ]
 
 
@@ -207,7 +207,7 @@ def _each(values: tuple[float, ...] | np.ndarray) -> dict[str, float | None]:
 
 
 def _beyond(plan: Plan, design: Checked) -> float:
-    """The number of cycles of the target that are larger than all that are reached."""
+    """Return the number of cycles of the target above the largest reached amplitude."""
     return float(plan.target.counts[plan.target.ranges > design.cycles.largest].sum())
 
 
@@ -216,7 +216,7 @@ def _number(x: float) -> float | None:
 
 
 def _rows(design: Checked, total: float) -> list[dict[str, float]]:
-    """As in ``load-spectrum``, with as many cycles as the target has."""
+    """Return the rows of the spectrum as in ``load-spectrum``, scaled to the number of cycles of the target."""
     cycles = design.cycles
     if len(cycles.ranges) > _MOST_ROWS:
         cycles, _ = cycles.by_range(cycles.largest / _CLASSES)
@@ -231,7 +231,7 @@ def _motions(batches: tuple[Tried, ...]) -> dict[str, int]:
 
 
 def _reach(findings: Findings) -> dict[str, Any] | None:
-    """Of the random points: how many beat, and between which limits."""
+    """Return the share of the random points that beat, and the limits of their spectra."""
     motions = _motions(findings.reach)
     if not motions["modulated"]:
         return None if not findings.reach else {"modulated": 0.0, "upper": None, "ratio": None, "fullness": None}
@@ -243,7 +243,7 @@ def _reach(findings: Findings) -> dict[str, Any] | None:
 
 
 def _tolerances(plan: Plan, findings: Findings) -> dict[str, Any] | None:
-    """Quantiles of the distance over the exciters within tolerances; one that does not beat is farther than any."""
+    """Return quantiles of the distance of exciters within tolerances; one that does not beat counts as infinitely far."""
     if not findings.tolerances:
         return None
     far = np.concatenate([b.distances[:, plan.trials.metric] for b in findings.tolerances])
@@ -254,9 +254,9 @@ def _tolerances(plan: Plan, findings: Findings) -> dict[str, Any] | None:
 
 def _sentence(plan: Plan, findings: Findings, design: Checked | None) -> str:
     if design is None:
-        return "no exciter that beats is known yet" if not findings.complete else "no exciter was found that beats"
+        return "no exciter that beats so far" if not findings.complete else "none of the candidates beats"
     distance = design.distances[plan.trials.metric]
-    return f"the spectrum is met to {distance:.2%} {_OF[plan.spec.metric]}, in the full equations"
+    return f"the spectrum is met within {distance:.2%} {_OF[plan.spec.metric]}, in the full equations"
 
 
 def _warnings(plan: Plan, findings: Findings, design: Checked | None, tolerances: dict[str, Any] | None) -> list[str]:
@@ -279,7 +279,7 @@ def _warnings(plan: Plan, findings: Findings, design: Checked | None, tolerances
         warnings.append(f"{apart}: more corrections, or smaller unbalances, may help")
     beyond = _beyond(plan, design)
     if beyond > _MISSED * plan.target.total:
-        warnings.append(f"{beyond:.3g} cycles of the target are larger than any that is reached")
+        warnings.append(f"{beyond:.3g} cycles of the target exceed the largest reached amplitude")
     shares = zip(plan.trials.variables, plan.trials.shares(design.numbers), strict=True)
     at_end = [v.name for v, x in shares if not 1e-3 < x < 1 - 1e-3]
     if at_end:

@@ -1,4 +1,4 @@
-"""The figure of a design: spectra, a beat, what can be reached, the search, tolerances."""
+"""The figure of a design: spectra, a beat, reachable spectra, the search, tolerances."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _TICKS = 5
 _POINT: dict[str, Any] = {"markeredgecolor": "black", "linestyle": ""}
-_WANTED: dict[str, Any] = _POINT | {"marker": "*", "color": COLOURS[1], "markersize": 14, "label": "wanted"}
+_WANTED: dict[str, Any] = _POINT | {"marker": "*", "color": COLOURS[1], "markersize": 14, "label": "target"}
 _DESIGN: dict[str, Any] = _POINT | {"marker": "X", "color": "white", "markersize": 9, "label": "design, averaged equations"}
 _LINES: dict[str, dict[str, Any]] = {
-    "amplitude_wanted": {"label": "wanted", "color": "black", "linestyle": "-", "linewidth": 1.8},
+    "amplitude_wanted": {"label": "target", "color": "black", "linestyle": "-", "linewidth": 1.8},
     "amplitude_slow": {"label": "averaged equations", "color": COLOURS[0], "linestyle": "--", "linewidth": 1.2},
     "amplitude_full": {"label": "full equations", "color": COLOURS[1], "linestyle": "-.", "linewidth": 1.2},
 }
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Up to six panels from a design's Dataset alone."""
+    """Draw up to six panels from a design's Dataset alone."""
     panels: list[Callable[[Axes, xr.Dataset], None]] = [partial(_spectra, by_number=by_number) for by_number in (True, False)]
     panels += [_beat] if len(result["beat_time"]) else []
     panels += [_reach]
@@ -38,7 +38,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _spectra(axis: Axes, result: xr.Dataset, by_number: bool) -> None:
-    """002 figure 6.6: amplitude over cumulative cycles; or over their share, the area between two lines being a distance."""
+    """Draw amplitude over cumulative cycles (002 figure 6.6), or over their share: an area between lines is a distance."""
     scale, unit = printed_unit(result, "amplitude_wanted")
     x = result["share"].values * (float(result["wanted_cycles"]) if by_number else 1.0)
     for name, look in _LINES.items():
@@ -54,7 +54,7 @@ def _spectra(axis: Axes, result: xr.Dataset, by_number: bool) -> None:
 def _beat(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = printed_unit(result, "amplitude_wanted")
     time, amplitude = result["beat_time"].values, scale * result["beat_amplitude"].values
-    band: dict[str, Any] = {"alpha": 0.5, "linewidth": 0, "label": "the vibration lies here"}
+    band: dict[str, Any] = {"alpha": 0.5, "linewidth": 0, "label": "range of the vibration"}
     axis.fill_between(time, -amplitude, amplitude, color=COLOURS[4], **band)
     axis.plot(time, amplitude, label="amplitude", **line_style(0))
     axis.set(title="one beat of the design", xlabel=abscissa_label(result, "beat_time", "time"))
@@ -62,18 +62,18 @@ def _beat(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _reach(axis: Axes, result: xr.Dataset) -> None:
-    """Which largest amplitudes and which ratios the exciter can have within the ranges, and how full its spectra are."""
+    """Draw largest amplitudes and ratios that the exciter reaches within the ranges, and the fullness of its spectra."""
     scale, unit = printed_unit(result, "amplitude_wanted")
     x, y = scale * result["tried_upper"].values, result["tried_ratio"].values
     known = np.isfinite(x)
     if known.any():
-        look: dict[str, Any] = {"s": 9, "cmap": "cividis", "label": "tried, by fullness"}
+        look: dict[str, Any] = {"s": 9, "cmap": "cividis", "label": "candidates, by fullness"}
         colour_bar(axis, axis.scatter(x[known], y[known], c=result["tried_fullness"].values[known], **look), "fullness")
     axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), **_WANTED)
     if len(result["beat_amplitude"]):
         amplitude = result["beat_amplitude"].values
         axis.plot(scale * amplitude.max(), amplitude.min() / amplitude.max(), **_DESIGN)
-    axis.set(title="what can be reached", xlabel=with_unit("largest amplitude", unit), xlim=(0, None), ylim=(0, 1))
+    axis.set(title="reachable spectra", xlabel=with_unit("largest amplitude", unit), xlim=(0, None), ylim=(0, 1))
     axis.set_ylabel("smallest over largest amplitude")
 
 
@@ -95,7 +95,7 @@ def _search(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _tolerances(axis: Axes, result: xr.Dataset) -> None:
-    """The share of the exciters within tolerances that are nearer than a distance."""
+    """Draw the share of the exciters within tolerances that are nearer than a distance."""
     s, far = result.wucht.summary, result["tolerance_distance"].values
     near = np.sort(far[np.isfinite(far)])
     if len(near):

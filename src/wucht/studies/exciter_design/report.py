@@ -1,4 +1,4 @@
-"""A design in words."""
+"""The report of a design."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HOUR = 3600.0
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a design."""
+    """Return the lines that ``wucht run`` prints for a design."""
     s, dimensionless, length = result.wucht.summary, bool(result.attrs["dimensionless"]), formats(result)[1]
 
     def size(amplitude: float) -> str:
@@ -24,16 +24,16 @@ def report(result: xr.Dataset) -> list[str]:
     lines = [
         ("signal", str(result.attrs["signal"])),
         (
-            "wanted",
+            "target",
             f"{target['cycles']:.4g} cycles, amplitudes {size(target['ratio'] * target['upper'])} to {size(target['upper'])}",
         ),
-        ("tried", f"{s['candidates']} candidates with the averaged equations: {motions}"),
+        ("search", f"{s['candidates']} candidates with the averaged equations: {motions}"),
     ]
     if s["reach"] is not None and s["reach"]["upper"] is not None:
         r = s["reach"]
         lines.append((
             "reach",
-            f"{r['modulated']:.0%} of the ranges beats; largest amplitudes {size(r['upper'][0])} to {size(r['upper'][1])}, the "
+            f"{r['modulated']:.0%} of the points beat; largest amplitudes {size(r['upper'][0])} to {size(r['upper'][1])}, the "
             f"smallest {r['ratio'][0]:.2f} to {r['ratio'][1]:.2f} of it",
         ))  # fmt: skip
     if s["distance"] is not None:
@@ -51,13 +51,13 @@ def _of_design(s: dict[str, Any], size: Callable[[float], str], dimensionless: b
         ("beat", f"{beat}; all cycles of the target take {s['duration']:.4g}{time}{hours}"),
         (
             "amplitudes",
-            f"off by {full['amplitude']:.2%} of the largest on the mean (averaged equations {slow['amplitude']:.2%})",
+            f"mean deviation {full['amplitude']:.2%} of the largest (averaged equations {slow['amplitude']:.2%})",
         ),
-        ("counts", f"off by {full['cumulative']:.2%} of all cycles at most (averaged equations {slow['cumulative']:.2%})"),
+        ("counts", f"largest deviation {full['cumulative']:.2%} of all cycles (averaged equations {slow['cumulative']:.2%})"),
         ("largest", f"{size(s['upper'])}; {s['beyond']:.3g} cycles of the target are larger"),
         (
             "damage",
-            f"{s['damage_ratio']:.3f} times that of the target, off by {full['damage']:.2%} of it at most, counted from above",
+            f"{s['damage_ratio']:.3f} times that of the target; off by up to {full['damage']:.2%} of it, counted from above",
         ),
     ]
     t = s["tolerances"]
@@ -66,7 +66,7 @@ def _of_design(s: dict[str, Any], size: Callable[[float], str], dimensionless: b
         lines.append(
             (
                 "tolerances",
-                f"within {t['spread']:.1%} {t['modulated']:.0%} beat; the distance is {middle} on the median, {worst} for 95 %",
+                f"within {t['spread']:.1%} {t['modulated']:.0%} beat; median distance {middle}, 95 % quantile {worst}",
             )
         )
     return lines

@@ -1,4 +1,4 @@
-"""The question of ``exciter-design``."""
+"""Spec of the study ``exciter-design``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LIMITS = {
 
 
 class Target(Described):
-    """A spectrum that is wanted: amplitude over cumulative cycles."""
+    """Target spectrum: amplitude over cumulative cycles."""
 
     shape: Shape | None = Field(None, title="shape of the spectrum", description="shape of the spectrum, or `exponent`")
     exponent: float | None = si(
@@ -36,15 +36,15 @@ class Target(Described):
     cycles: float | None = si("cycles", "number of cycles", default=None, gt=1, help="number of cycles H_0, in all")
     ratio: float | None = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
     table: tuple[tuple[Value, Value], ...] | None = Field(None, title="amplitudes and cumulative cycles", description=(
-        "pairs of an amplitude and of how many cycles have at least this one"
+        "pairs of an amplitude and the number of cycles with at least this amplitude"
     ))  # fmt: skip
     file: str | None = Field(None, min_length=1, title="file of amplitudes and cumulative cycles", description=(
         "file with these two columns, amplitudes and cumulative cycles"
     ))  # fmt: skip
-    stepped: common.TrueOrFalse | None = Field(None, description="whether no cycle lies between two amplitudes of a table")
+    stepped: common.TrueOrFalse | None = Field(None, description="true if no cycle lies between two amplitudes of a table")
 
     def check(self) -> None:
-        """One form, with the keys that it needs."""
+        """Check that one form is given, with the keys that it needs."""
         given = [key for key in _FORMS if getattr(self, key) is not None]
         if len(given) != 1:
             raise InputError("study.target", ", ".join(given) or None, f"must be one of {', '.join(_FORMS)}")
@@ -77,7 +77,7 @@ def _target(given: Any) -> Any:
 
 
 class ExciterDesign(common.Spec):
-    """Motor, unbalances, damping, stiffness with which the beating of an exciter at its resonance gives a wanted load spectrum.
+    """Motor, unbalances, damping and stiffness of an exciter whose beating at its resonance gives a target load spectrum.
 
     002, section 6.2: "the choice of the exciter's parameters is a further, non-trivial task".
     """
@@ -90,13 +90,13 @@ class ExciterDesign(common.Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
 
     target: Annotated[Target, BeforeValidator(_target)] = Field(
-        title="spectrum that is wanted", description="spectrum that is wanted, a table `[study.target]`"
+        title="target spectrum", description="target spectrum, a table `[study.target]`"
     )
     vary: Vary = Field(
         description="{PATH = [low, high]} as in `optimise-balancer`; a wide range (tenfold) is searched by its logarithm"
     )
     signal: Literal["displacement", "bearing-force", "acceleration"] = Field(
-        "displacement", description="signal that is counted, as in `load-spectrum`"
+        "displacement", description="counted signal, as in `load-spectrum`"
     )
     direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal, as in `load-spectrum`")
     metric: Literal["amplitude", "cumulative", "damage"] = Field("amplitude", description=(
@@ -106,27 +106,27 @@ class ExciterDesign(common.Spec):
     ))  # fmt: skip
     start: common.Start = Field(default_factory=dict, description="initial state of the exciter, by default at rest")
     reach: common.Whole = Field(128, description=(
-        "random points of the ranges at which the modulated motion is computed; the best of them are the first generation"
+        "random points of the ranges at which the modulated motion is computed; the best form the first generation"
     ))  # fmt: skip
     evaluations: common.Whole = Field(320, description="candidates of the search that follows")
     population: common.Whole = Field(16, description="candidates of a generation")
     polish: common.Whole = Field(200, description="evaluations of a local search from the best candidate")
-    candidates: common.Whole = Field(3, description="number of candidates that run with the full equations, over `beats` beats")
-    beats: common.Whole = Field(40, description="beats that are counted of the full equations")
+    candidates: common.Whole = Field(3, description="number of candidates computed with the full equations, over `beats` beats")
+    beats: common.Whole = Field(40, description="number of beats counted with the full equations")
     corrections: common.Whole = Field(
-        2, description="how often the design is corrected by what the full equations give otherwise than the averaged ones"
+        2, description="number of corrections of the design by the deviation of the full from the averaged equations"
     )
     spread: float = si("", "spread of the parameters", default=0.02, ge=0, lt=1, help=(
-        "spread of all that is varied, half the width relative to its value, for `samples` exciters within tolerances"
+        "spread of all variables, half the width relative to the value, for `samples` exciters within tolerances"
     ))  # fmt: skip
     samples: common.Whole = Field(64, description="number of exciters within tolerances, see `spread`")
     slope: float = si("", "slope of the Woehler line", default=5.0, gt=0, help='slope of the line of the metric `"damage"`')
     seed: common.Whole = Field(1, description="seed of the random points and of the search")
-    inertia: common.Inertia = Field(True, description="whether the averaged equations keep the bodies' inertia")
+    inertia: common.Inertia = Field(True, description="true if the averaged equations keep the bodies' inertia")
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
 
     def check(self) -> None:
-        """Numbers that can be worked off."""
+        """Check the sizes of the search."""
         for key, (low, high) in (_LIMITS | {"beats": (2, 10_000)}).items():
             if not low <= getattr(self, key) <= high:
                 raise InputError(f"study.{key}", getattr(self, key), f"must be a whole number from {low} to {high}")
@@ -135,7 +135,7 @@ class ExciterDesign(common.Spec):
                 raise InputError(f"study.{key}", getattr(self, key), f"must be at least {self.population}: one population")
 
     def asked_of(self, subject: Any) -> dict[str, Any]:
-        """See ``Spec``: a changed file of the target is another question."""
+        """Return the question, see ``Spec``: a changed file of the target is another one."""
         asked, contents = self.asked(), getattr(subject, "contents", None)
         if self.target.file is not None and contents is not None:
             asked["target"]["contents"] = contents(self.target.file)

@@ -1,1 +1,1 @@
-"""The study ``failure-detection``: a specimen fails, its exciter changes speed, and a slow sensor of that sees it."""
+"""Study ``failure-detection``: a specimen fails, its exciter changes speed, and a slow sensor of the speed detects it."""

@@ -1,4 +1,4 @@
-"""Findings -> the quantities of a failure and of how it is detected, and its lines in a report."""
+"""Findings -> the quantities of a failure and its detection, and its lines in a report."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _HOUR = 3600.0  # s
-_CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
-_APART = 0.05  # of the speed: averaged equations that differ more are reported
+_CLOSED = 1e-6  # a larger energy residual is reported as a warning
+_APART = 0.05  # of the speed: a larger difference of the averaged equations is reported
 _SIGNAL = "change of speed over standard deviation of the readings"
 _SURE = (0.5, 0.95)
-_CHANCE = 0.5  # of the time between false alarms: an alarm that comes later in the mean is as good as one of them
+_CHANCE = 0.5  # of the time between false alarms: a later mean alarm is not distinguishable from a false one
 
 
 def duration(time: float, unit: str) -> str:
-    """A time in its unit, from an hour on in hours too: ``5770 s (1.6 h)``."""
+    """Return a time in its unit, from an hour on in hours too: ``5770 s (1.6 h)``."""
     hours = f" ({time / _HOUR:.3g} h)" if unit == "s" and abs(time) >= _HOUR else ""
     return f"{float(f'{time:.4g}'):g} {unit}".rstrip() + hours  # 17260, not 1.726e+04
 
 
 def within(readings: int, time: float, unit: str) -> str:
-    """As far as something is known: ``within 5,080 readings, 2540 s``."""
+    """Return the observed span in words: ``within 5,080 readings, 2540 s``."""
     return f"within {readings:,} readings, {duration(time, unit)}"
 
 
 def counted_from(failure_time: float | None) -> str:
-    """From when a delay counts."""
+    """Return the event from which a delay counts, in words."""
     return "the failure" if failure_time is not None else "the chart begins"
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a failure."""
+    """Return the Dataset of a failure."""
     quantities = [
         *_of_run(plan, findings),
         *_of_readings(plan, findings),
@@ -58,7 +58,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _of_run(plan: Plan, findings: Findings) -> list[Quantity]:
-    """The stiffness and the damage over the run, and at its end."""
+    """Return the stiffness and the damage over the run, and at its end."""
     course, units, damage = findings.own.run.course, plan.machine.units, findings.own.run.standing.damage
     failed, residual, work = findings.own.windows.failed, course.residual, "work of the changing stiffness"
     return [
@@ -69,14 +69,14 @@ def _of_run(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("stiffness_work", course.work, work, units.energy, "sample"),
         Quantity("failure_time", failed, "time of the failure", units.time, "", in_summary=True),
         Quantity("damage", None if damage is None else damage.total, "damage at the end"),
-        Quantity("stiffness", float(course.stiffness[-1]), "share of the stiffness that is left at the end"),
-        Quantity("stiffness_work", float(course.work[-1]), f"{work}, in all", units.energy),
+        Quantity("stiffness", float(course.stiffness[-1]), "remaining share of the stiffness at the end"),
+        Quantity("stiffness_work", float(course.work[-1]), f"{work}, total", units.energy),
         Quantity("energy_residual", float(residual.max()), "largest residual of the energy balance"),
     ]
 
 
 def _of_readings(plan: Plan, findings: Findings) -> list[Quantity]:
-    """What the sensor reads, and the limits of the load between two readings."""
+    """Return the readings of the sensor, and the limits of the load between two readings."""
     course, readings, sensor = findings.own.run.course, findings.own.readings, plan.spec.sensor
     noise = np.random.default_rng(sensor.seed).normal(0.0, sensor.noise, len(readings.speed))
     time, speed, load, unit = plan.machine.units.time, plan.machine.units.speed, plan.signal.name, plan.signal.unit
@@ -92,7 +92,7 @@ def _of_readings(plan: Plan, findings: Findings) -> list[Quantity]:
 
 
 def _of_speeds(plan: Plan, findings: Findings) -> list[Quantity]:
-    """The speeds before and after the failure, and those of the averaged equations."""
+    """Return the speeds before and after the failure, and those of the averaged equations."""
     run, readings, unit, averaged = findings.own.run, findings.own.readings, plan.machine.units.speed, findings.averaged
     before, after = (None, None) if averaged is None else (a.speed for a in averaged)
     kinds = None if averaged is None else [a.kind for a in averaged]
@@ -116,16 +116,16 @@ def _change(before: float | None, after: float | None) -> float | None:
 
 
 def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
-    """The chart that watches the speed, and how soon it gives an alarm."""
+    """Return the control chart of the speed, and the delay of its alarm."""
     detection, time, speed = findings.detection, plan.machine.units.time, plan.machine.units.speed
     parts = {
         "mean": ("mean speed before the failure", speed),
-        "reference": ("change of speed of which each reading is reduced", speed),
-        "threshold": ("sum at which it gives an alarm", speed),
+        "reference": ("reference value subtracted from each reading", speed),
+        "threshold": ("cumulative sum at which it gives an alarm", speed),
     }
     of_delay = {
-        "mean": ("mean time", time), "half": ("time within which half of the failures are noticed", time),
-        "nearly_all": ("time within which 95 % are noticed", time), "horizon": ("time up to which that is known", time),
+        "mean": ("mean time", time), "half": ("time within which half of the failures are detected", time),
+        "nearly_all": ("time within which 95 % are detected", time), "horizon": ("horizon of this computation", time),
         "readings": ("number of readings in that time", ""), "probability": ("probability of an alarm in that time", ""),
     }  # fmt: skip
     chart, delay, curve = None, None, list[Quantity]()
@@ -139,7 +139,7 @@ def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
         since = counted_from(findings.own.windows.failed)
         curve = [
             Quantity("alarm_time", after, f"time since {since}", time, "alarm"),
-            Quantity("seen", probability, "probability that the failure has been seen", "", "alarm"),
+            Quantity("seen", probability, "probability that the failure has been detected", "", "alarm"),
         ]
     return [
         Quantity("chart", chart, "chart of cumulative sums", parts=parts),
@@ -149,14 +149,14 @@ def _of_detection(plan: Plan, findings: Findings) -> list[Quantity]:
 
 
 def _over_readings(extreme: np.ufunc, samples: np.ndarray, readings: Readings) -> np.ndarray:
-    """The extreme of values since the sample before (N,) over each reading (n,)."""
+    """Return the extreme over each reading (n,) of values since the previous sample (N,)."""
     count = len(readings.speed)
     every = (len(samples) - 1) // max(count, 1)
     return np.asarray(extreme.reduce(samples[1 : 1 + count * every].reshape(count, every), axis=1, initial=np.nan))
 
 
 def _of_places(plan: Plan, places: tuple[Place, ...]) -> list[Quantity]:
-    """The signal and the change of speed at other values: on the grid, of one parameter in its order."""
+    """Return the signal and the change of speed at other values: on the grid, for one parameter in its order."""
     if plan.along is None or not places:
         return []
     if plan.second is None:
@@ -181,7 +181,7 @@ def _varied(plan: Plan) -> list[Varied]:
 
 
 def _largest(plan: Plan, places: tuple[Place, ...]) -> Quantity:
-    """The place with the largest signal."""
+    """Return the point with the largest signal."""
     known = [p for p in places if p.signal is not None]
     best: dict[str, Any] | None = None
     parts = {
@@ -204,40 +204,40 @@ def _sentence(s: dict[str, Any], plan: Plan) -> str:
     else:
         said = f"the specimen fails at {s['failure_time']:.6g} {units.time}".rstrip()
     if s["change"] is None:
-        return f"{said}; there are too few readings to tell the change of speed"
+        return f"{said}; there are too few readings to determine the change of speed"
     told = f"{said}, the speed changes by {s['change']:.4g} {units.speed}".rstrip()
     if s["delay"] is None:
-        return f"{told}; there is no chart that watches it"
+        return f"{told}; no control chart monitors it"
     delay = s["delay"]
     if (mean := delay["mean"]) is None:
         horizon = within(delay["readings"], delay["horizon"], units.time)
-        return f"{told}, which is seen {horizon}, with a probability of {delay['probability']:.3g}"
-    when = duration(abs(mean), units.time) + (" later" if mean >= 0 else " before that")
+        return f"{told}, which is detected {horizon} with a probability of {delay['probability']:.3g}"
+    when = duration(abs(mean), units.time) + (" later" if mean >= 0 else " before it")
     if s["failure_time"] is None:
         when = f"{duration(mean, units.time)} after {counted_from(s['failure_time'])}"
-    return f"{told}, which is seen {when} in the mean"
+    return f"{told}, which is detected {when} in the mean"
 
 
 def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
     own = findings.own
     warnings = [*plan.case.horizon.warnings, *plan.case.models[0].warnings]
-    warnings = [w for w in warnings if "samples a turn are stored" not in w]  # nothing is stored here
+    warnings = [w for w in warnings if "samples a turn are stored" not in w]  # no samples are stored here
     warnings += [own.run.failure] if own.run.failure else []
     if s["failure_time"] is None and not own.run.failure:
         warnings.append("the specimen does not fail within study.until: run longer, or give it a shorter life (a smaller ND)")
     elif s["change"] is None and not own.run.failure:
-        warnings.append("there are too few readings before or after the failure: run longer, or fail later")
+        warnings.append("there are too few readings before or after the failure: run longer, or let the specimen fail later")
     if s["energy_residual"] > _CLOSED:
         warnings.append(f"the energy balance closes only to {s['energy_residual']:.1e}: the run is not accurate")
     if findings.undetected:
-        warnings.append(f"there is no chart: {findings.undetected}")
+        warnings.append(f"there is no control chart: {findings.undetected}")
     if s["chart"] is not None and s["change"] is not None and abs(s["change"]) < 2 * s["chart"]["reference"]:
         warnings.append(
-            f"the chart is made for changes of {2 * s['chart']['reference']:.3g}, and this one is smaller: a smaller "
-            "study.sensor.change sees it sooner"
+            f"the chart is designed for changes of {2 * s['chart']['reference']:.3g}, and this one is smaller: a smaller "
+            "study.sensor.change detects it sooner"
         )
     if s["delay"] is not None and (s["delay"]["mean"] or 0.0) > _CHANCE * plan.spec.sensor.false_alarm_every:
-        warnings.append("an alarm comes hardly sooner than a false one: the chart does not see this failure")
+        warnings.append("an alarm comes hardly sooner than a false one: the chart does not detect this failure")
     if own.run.verdict.advice and s["change"] is not None:
         warnings.append(f"after the failure {own.run.verdict.advice}")
     for when, averaged in zip(("before", "after"), findings.averaged or (), strict=False):
@@ -247,23 +247,23 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
         elif averaged.kind == UNSTABLE:
             other = "" if averaged.next_stable is None else f"; the nearest stable one has {averaged.next_stable:.5g}"
             warnings.append(
-                f"the steady state {when} the failure is unstable: the run stands there because nothing disturbs it, a machine "
-                f"does not stay{other}. Bodies that are exactly alike do that: make one of them a little different"
+                f"the steady state {when} the failure is unstable: the run stays there because nothing disturbs it, but a "
+                f"machine would not{other}. This happens with identical bodies: make one of them slightly different"
             )
         elif abs(averaged.speed - speed) > _APART * abs(speed):
             warnings.append(
                 f"the averaged equations have {averaged.speed:.5g} {when} the failure, the full ones {speed:.5g}: the speed is "
-                "still changing, the averaged motion is another one, or the averaging is too coarse there"
+                "still changing, the averaged motion is a different one, or the averaging is too coarse"
             )
     return warnings
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a failure."""
+    """Return the lines that ``wucht run`` prints for a failure."""
     s, lines = result.wucht.summary, ReportLines(result)
     for name in ("before", "after"):
         averaged = "" if s["averaged"][name] is None else f"; averaged equations {{averaged.{name}:.6g}}"
-        lines.add(name, f"{{{name}.speed:.6g}}, {s[name]['outcome'] or 'not judged'}{averaged}")
+        lines.add(name, f"{{{name}.speed:.6g}}, {s[name]['outcome'] or 'not classified'}{averaged}")
     spread = "{signal:.4g} times the standard deviation of the readings, {deviation:.4g}"
     lines.add("change", "{change:.5g}, " + spread)
     if s["chart"] is not None:
@@ -272,9 +272,9 @@ def report(result: xr.Dataset) -> list[str]:
         horizon, mean = within(alarm.size, float(alarm[-1]), unit), "not with certainty"
         if delay["mean"] is not None:
             mean = f"{duration(delay['mean'], unit)} after {counted_from(s['failure_time'])} in the mean"
-        lines.add("seen", f"{mean}; {_by(delay, horizon, unit)}")
+        lines.add("detection", f"{mean}; {_by(delay, horizon, unit)}")
     lines.add("damage", "{damage:.5g} at the end")
-    lines.add("stiffness", "{stiffness:.4g} of the whole specimen's at the end, its work {stiffness_work:.4g}")
+    lines.add("stiffness", "{stiffness:.4g} of the intact specimen's at the end, its work {stiffness_work:.4g}")
     lines.add("energy", "closes to {energy_residual:.1e}")
     if s["largest"] is not None:
         at = (f"{path} = {x:.5g}" for path, x in s["largest"].items() if path not in ("signal", "change", "outcome"))
@@ -284,7 +284,7 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def _by(delay: dict[str, float | None], horizon: str, unit: str) -> str:
-    """By when half, and nearly all, failures are seen. horizon: up to which that is known."""
+    """Return the times within which half, and nearly all, failures are detected. horizon: of this computation, in words."""
     words = (("half", "half of them"), ("nearly_all", "19 of 20"))
     times = [(name, delay[key]) for key, name in words]
     return ", ".join(f"{name} {f'not {horizon}' if t is None else f'within {duration(t, unit)}'}" for name, t in times)

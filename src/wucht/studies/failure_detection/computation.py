@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: how the stiffness falls and what the sensor reads; the run, and other values."""
+"""Spec and machine -> plan -> findings: fall of the stiffness and readings of the sensor, in the run and at other values."""
 
 from __future__ import annotations
 
@@ -35,32 +35,32 @@ from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.shared_keys import woehler_line
 from wucht.studies.spec import Pair
 
-_FINE = 8  # samples in a reading, and between two looks at the damage, at least
+_FINE = 8  # samples in a reading, and between two updates of the damage, at least
 _STIFFNESS = "stiffness"
-_OWN, _CHECKED = 0.3, 0.35  # shares of the work where other values are looked at
-_ROUNDS = 4  # of halving the steps to the values beside the best one
-_SETTLE = 3.0  # times the part over which the mean is taken
-_EVEN = 1e-4  # of the speed: readings that differ more are those of a motion that beats, or has not settled
+_OWN, _CHECKED = 0.3, 0.35  # shares of the work after the run and the averaged equations, where other values follow
+_ROUNDS = 4  # halvings of the steps between the best value and its neighbours
+_SETTLE = 3.0  # times the part over which the mean is taken: the settling time
+_EVEN = 1e-4  # of the speed: a larger spread of readings indicates a motion that beats, or has not settled
 _BEATS = (Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED, Outcome.UNIDENTIFIED)
 
 
 @dataclass(frozen=True)
 class ScheduledFall:
-    """A schedule of the carrier's stiffness. begin, end: between which it changes."""
+    """Schedule of the carrier's stiffness. begin, end: between which it changes."""
 
     pieces: Pieces
     begin: float
     end: float
 
     def share(self, time: np.ndarray) -> np.ndarray:
-        """Of the first value (N,)."""
+        """Return the share (N,) of the first value."""
         first, *_ = self.pieces.breakpoints
         return np.asarray(self.pieces(time)) / float(self.pieces(first - 1.0))
 
 
 @dataclass(frozen=True)
 class Varied:
-    """A parameter over which the signal is looked for, and the values that are looked at first."""
+    """Parameter over which the signal is computed, and its first values."""
 
     parameter: Parameter
     values: tuple[float, ...]
@@ -68,9 +68,11 @@ class Varied:
 
 @dataclass(frozen=True)
 class Plan:
-    """scheduled: how the stiffness falls by a schedule, None where it falls with the damage of the line. along, second: None
-    where nothing is varied. step, count: samples of a run. per_look: samples between two looks at the damage. interval: of the
-    sensor."""
+    """Plan of a failure.
+
+    scheduled_fall: fall of the stiffness by a schedule, None where it falls with the damage of the line. along, second: None
+    where no parameter is varied. step, count: samples of a run. update_samples: between two updates of the damage.
+    """
 
     spec: FailureDetection
     machine: Machine
@@ -86,11 +88,11 @@ class Plan:
 
     @property
     def gradual(self) -> bool:
-        """Whether the stiffness falls with the damage from the begin on."""
+        """True if the stiffness falls with the damage from the beginning."""
         return self.spec.failure is not None and self.spec.failure.law == "linear"
 
     def failing(self, case: RunUpCase) -> FailingMachine:
-        """The machine of a case, ready to run."""
+        """Return the machine of a case, ready to run."""
         spec, machine, [model] = self.spec, case.machine, case.models
         falling, scheduled = None, self.scheduled
         begin = None if scheduled is None else scheduled.begin
@@ -106,12 +108,12 @@ class Plan:
         )  # fmt: skip
 
     def case_at(self, values: dict[str, float]) -> RunUpCase:
-        """The run with other values. Raises ``InputError`` for some that are not allowed."""
+        """Return the run with other values. Raises ``InputError`` for values that are not allowed."""
         return case_of(self.spec, self.machine.with_values(values))
 
 
 def prepare(spec: FailureDetection, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    """Return the plan. Raises ``InputError`` where the study does not fit the machine."""
     scheduled = _scheduled(spec, machine)
     if scheduled is not None:
         _check_windows(spec, scheduled)
@@ -138,33 +140,33 @@ def prepare(spec: FailureDetection, machine: Machine) -> Plan:
 
 
 def case_of(spec: FailureDetection, machine: Machine) -> RunUpCase:
-    """One run of a machine. Raises ``InputError``."""
+    """Return the case of one run of a machine. Raises ``InputError``."""
     return RunUpCase.of(machine, spec.start, RunSettings(spec.until, tolerance=spec.tolerance, engine=spec.engine))
 
 
 def _scheduled(spec: FailureDetection, machine: Machine) -> ScheduledFall | None:
-    """The schedule of the carrier's stiffness. Raises ``InputError`` where nothing, or too much, makes it fall."""
+    """Return the schedule of the carrier's stiffness. Raises ``InputError`` without any cause of its fall, or with two."""
     found = [s for s in machine.schedules if s.parameter.startswith("carrier.") and _STIFFNESS in s.parameter]
     if spec.failure is not None:
         if found:
-            raise InputError("study.failure", None, f"not allowed: {found[0].parameter} follows a schedule; give one of both")
+            raise InputError("study.failure", None, f"not allowed: {found[0].parameter} follows a schedule; give one of them")
         return None
     if not found:
-        why = "this table is missing; needed is it, or a schedule of the carrier's stiffness: [[machine.schedules]]"
+        why = "this table is missing; needed is this table or a schedule of the carrier's stiffness: [[machine.schedules]]"
         raise InputError("study.failure", None, why)
     changes = [t for s in found for t in _changes(s.pieces)]
     if not changes:
-        raise InputError("machine.schedules", found[0].parameter, "must change the stiffness: all its values are the same")
+        raise InputError("machine.schedules", found[0].parameter, "must change the stiffness: all its values are equal")
     fall = ScheduledFall(found[0].pieces, min(changes), max(changes))
     if fall.begin <= 0 or fall.end >= spec.until:
         raise InputError(
-            "study.until", spec.until, f"must be later than the stiffness falls, from {fall.begin:g} to {fall.end:g}"
+            "study.until", spec.until, f"must be later than the fall of the stiffness, from {fall.begin:g} to {fall.end:g}"
         )
     return fall
 
 
 def _changes(pieces: Pieces) -> list[float]:
-    """The breakpoints of a schedule at which, or on both sides of which, the value changes."""
+    """Return the breakpoints of a schedule at or beside which the value changes."""
     jumps = list(pieces.jumps())
     for a, b in pairwise(pieces.breakpoints):
         if pieces(a) != pieces((a + b) / 2):
@@ -173,7 +175,7 @@ def _changes(pieces: Pieces) -> list[float]:
 
 
 def _check_failure(spec: FailureDetection, machine: Machine) -> None:
-    """What falls is a stiffness that the machine has and may lose."""
+    """Check that the falling parameter is a stiffness that the machine has and may lose."""
     assert spec.failure is not None
     path = spec.failure.parameter
     parameter = parameter_of(machine, path, "failure.parameter")
@@ -184,7 +186,7 @@ def _check_failure(spec: FailureDetection, machine: Machine) -> None:
 
 
 def _check_windows(spec: FailureDetection, scheduled: ScheduledFall) -> None:
-    """The speed is taken before the stiffness falls, and after it."""
+    """Check that the speed is measured before and after the fall of the stiffness."""
     begin = scheduled.begin
     after = begin / 2 if spec.after is None else spec.after
     end = begin if spec.learning is None else after + spec.learning
@@ -204,14 +206,14 @@ def _varied(
         return None
     parameter = parameter_of(machine, path, key)
     if spec.failure is not None and path == spec.failure.parameter:
-        raise InputError(f"study.{key}", path, "not allowed: this is what fails")
+        raise InputError(f"study.{key}", path, "not allowed: this parameter falls with the failure")
     low, high = ends_of(machine, parameter, given, between)
     return Varied(parameter, tuple(np.linspace(low, high, points).tolist()))
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A run, its windows, and the sensor's readings."""
+    """Run with its windows and the readings of the sensor."""
 
     run: FailingRun
     windows: Windows
@@ -220,7 +222,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Place:
-    """What was found at other values. speeds: before and after, signal: None where the specimen did not fail, or too late."""
+    """Result at other values. before, after: speeds, signal: None where the specimen did not fail, or too late."""
 
     values: tuple[float, ...]
     before: float | None
@@ -231,8 +233,11 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """own: the machine's own run. detection: of its failure. averaged: the speeds before and after by the averaged equations.
-    places: at other values. undetected: why there is no chart, if there should be one."""
+    """Findings so far.
+
+    nominal_run: at the values of the machine. detection: of its failure. averaged_speeds: before and after, by the averaged
+    equations. points: at other values. no_detection: reason why there is no chart, if there should be one.
+    """
 
     own: Seen
     detection: Detection | None = None
@@ -242,7 +247,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The findings, more and more complete."""
+    """Yield the findings, more and more complete."""
     shares = (_OWN, _CHECKED) if plan.along is not None else (0.9, 1.0)
     for failing in plan.failing(plan.case).run(work.part("own", 0.0, shares[0])):
         own = _seen(plan, failing)
@@ -266,7 +271,7 @@ def _seen(plan: Plan, failing: FailingRun) -> Seen:
 
 
 def _windows(plan: Plan, failing: FailingRun) -> Windows:
-    """When the speed is taken, in a run so far."""
+    """Return the windows in which the speed is measured, in a run so far."""
     spec, end = plan.spec, float(failing.course.time[-1])
     if plan.scheduled is not None:
         begin, over = plan.scheduled.begin, plan.scheduled.end
@@ -274,7 +279,7 @@ def _windows(plan: Plan, failing: FailingRun) -> Windows:
     else:
         broken = failing.standing.broken
         gradual, learnt = plan.gradual, (spec.after or 0.0) + (spec.learning or 0.0)
-        # What falls gradually may drive the exciter out of its resonance, and be spared from then on: it is seen all the same.
+        # A gradual fall may drive the exciter out of its resonance, which ends the damage: it is detected in any case.
         over = broken if broken is not None else learnt if gradual else end
         begin, failed, watched = (learnt, broken, learnt) if gradual else (over, broken, broken)
     after = begin / 2 if spec.after is None else spec.after
@@ -286,7 +291,7 @@ def _windows(plan: Plan, failing: FailingRun) -> Windows:
 
 
 def _detection(plan: Plan, own: Seen) -> tuple[Detection | None, str]:
-    """How soon it is seen; None, and why, where there is no chart."""
+    """Return the detection of the failure; None, and the reason, where there is no chart."""
     sensor = plan.spec.sensor
     every = sensor.false_alarm_every / sensor.interval
     try:
@@ -296,7 +301,7 @@ def _detection(plan: Plan, own: Seen) -> tuple[Detection | None, str]:
 
 
 def _averaged(plan: Plan, own: Seen, failed: bool) -> AveragedSpeed:
-    """Before the failure, or after it."""
+    """Return the speed by the averaged equations, before the failure or after it."""
     machine, model = plan.case.machine, plan.case.models[0]
     standing = own.run.standing
     verdict, mean = (
@@ -310,7 +315,7 @@ def _averaged(plan: Plan, own: Seen, failed: bool) -> AveragedSpeed:
     window = own.windows.changed if failed else own.windows.normal
     assert window is not None
     steady = machine.at(window[1] if failed else window[0]).changed(schedules=())
-    # The averaged equations go on from the full motion, and have time to come to their own before the mean is taken.
+    # The averaged equations continue from the full motion, and settle before the mean is taken.
     leg = standing.last if failed else standing.begun or standing.last
     start, part = leg.stored.end_state[: len(model.initial)], window[1] - window[0]
     spread = float(np.ptp(own.readings.speed[own.readings.changed if failed else own.readings.normal]))
@@ -319,7 +324,7 @@ def _averaged(plan: Plan, own: Seen, failed: bool) -> AveragedSpeed:
 
 
 def _places(plan: Plan, work: Work) -> Iterator[tuple[Place, ...]]:
-    """The signal at all values that are asked for; of one parameter also between the best one and its neighbours."""
+    """Yield the signal at all values; for one parameter also between the best value and its neighbours."""
     if plan.along is None:
         return
     axes = [v.values for v in (plan.along, plan.second) if v is not None]
@@ -335,7 +340,7 @@ def _places(plan: Plan, work: Work) -> Iterator[tuple[Place, ...]]:
 
 
 def _between(ordered: list[tuple[float, ...]], found: dict[tuple[float, ...], Place]) -> list[tuple[float, ...]]:
-    """The values halfway between the one with the largest signal and its neighbours."""
+    """Return the values halfway between the one with the largest signal and its neighbours."""
     best = max(range(len(ordered)), key=lambda i: found[ordered[i]].signal or 0.0)
     neighbours = [ordered[i] for i in (best - 1, best + 1) if 0 <= i < len(ordered)]
     return [((ordered[best][0] + one[0]) / 2,) for one in neighbours] if found[ordered[best]].signal else []

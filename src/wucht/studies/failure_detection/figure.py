@@ -1,4 +1,4 @@
-"""The figure of a failure: speed, load and stiffness over time, when it is seen, and the signal at other values."""
+"""The figure of a failure: speed, load and stiffness over time, its detection, and the signal at other values."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from wucht.plots.sheet import draw_panels
 from wucht.plots.style import COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
-_MOST_MARKED = 60  # readings that have a mark each
+_MOST_MARKED = 60  # readings drawn with a mark each
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Three or four panels from a failure's Dataset alone."""
+    """Draw three or four panels from a failure's Dataset alone."""
     panels = [_speed, _load, *([_alarm] if "seen" in result else []), _signal if "signal" in result else _stiffness]
     return draw_panels(result, panels)[0]
 
@@ -30,7 +30,7 @@ def _over_time(axis: Axes, result: xr.Dataset, name: str) -> None:
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     s, time = result.wucht.summary, result["reading_time"].values
-    axis.set_title("speed that the sensor reads")
+    axis.set_title("speed measured by the sensor")
     axis.plot(time, result["reading"].values, ".", color=COLOURS[4], markersize=2.5, label="readings, with noise")
     axis.plot(time, result["speed"].values, color=COLOURS[0], linewidth=1.0, label="without noise")
     levels = [x for x in (s["averaged"]["before"], s["averaged"]["after"]) if x is not None]
@@ -41,7 +41,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _load(axis: Axes, result: xr.Dataset) -> None:
-    """Between which values the load goes."""
+    """Draw the range of the load."""
     scale, unit = printed_unit(result, "highest")
     time, high, low = result["reading_time"].values, scale * result["highest"].values, scale * result["lowest"].values
     both = np.isfinite(high) & np.isfinite(low)
@@ -51,7 +51,7 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _alarm(axis: Axes, result: xr.Dataset) -> None:
-    axis.set(title="probability that it has been seen", ylabel="probability", ylim=(0.0, 1.02))
+    axis.set(title="probability of detection", ylabel="probability", ylim=(0.0, 1.02))
     at, probability = result["alarm_time"].values, result["seen"].values
     last = max(int(np.searchsorted(probability, 0.999)) + 3, 8)
     axis.step(at[:last], probability[:last], where="post", label="alarm of the chart", **line_style(0))
@@ -64,7 +64,7 @@ def _alarm(axis: Axes, result: xr.Dataset) -> None:
 
 def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     time = result["time"].values
-    axis.plot(time, result["stiffness"].values, label="stiffness, share of the first", **line_style(0))
+    axis.plot(time, result["stiffness"].values, label="stiffness, share of the initial one", **line_style(0))
     if np.isfinite(result["damage"].values).any():
         axis.plot(time, result["damage"].values, label="damage", **line_style(1))
     _over_time(axis, result, "time")
@@ -72,7 +72,7 @@ def _stiffness(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _signal(axis: Axes, result: xr.Dataset) -> None:
-    """Over one parameter as a line, over two as lines for each value of the second."""
+    """Draw the signal over one parameter, or over two as a line for each value of the second."""
     signal, along = result["signal"].values, result["along"].values
     rows = signal[:, None] if signal.ndim == 1 else signal
     for k in range(rows.shape[1]):

@@ -1,4 +1,4 @@
-"""The question of a specimen's failure."""
+"""Spec of the study of a specimen's failure."""
 
 from __future__ import annotations
 
@@ -19,38 +19,38 @@ T = TypeVar("T", bound=Described)
 
 
 class Failure(Described):
-    """The stiffness falls with the damage of a load."""
+    """Fall of the stiffness with the damage of a load."""
 
-    parameter: Path = Field(STIFFNESS, description="path of the parameter that falls, the specimen's stiffness")
+    parameter: Path = Field(STIFFNESS, description="path of the falling parameter, the specimen's stiffness")
     remaining: float = si(
-        "", "share of the stiffness that is left", ge=0, lt=1, help="share of the stiffness that is left in the end"
+        "", "remaining share of the stiffness", ge=0, lt=1, help="remaining share of the stiffness after the failure"
     )
     law: Literal["drop", "linear"] = Field("drop", description=(
         "how the stiffness falls with Miner's sum D, `\"drop\"`: nothing until D = 1, then at once; `\"linear\"`: by the share "
-        "D of what is lost in all, until D = 1"
+        "D of the total loss, until D = 1"
     ))  # fmt: skip
     signal: MachineSignalName = Field("displacement", description="load of the specimen")
     direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the load")
     woehler: Annotated[Woehler, woehler_at("study.failure.woehler")] = Field(
         title="Woehler line", description="Woehler line of the specimen, a table"
     )
-    interval: float | None = si("s", "time between two looks at the damage", default=None, gt=0, help=(
-        "time after which damage and stiffness are brought up to date; by default that of the sensor"
+    interval: float | None = si("s", "time between two updates of the damage", default=None, gt=0, help=(
+        "time between two updates of damage and stiffness; by default the interval of the sensor"
     ))  # fmt: skip
 
 
 class Sensor(Described):
-    """A slow counter of turns, and the chart that watches it."""
+    """Slow counter of turns, and its control chart."""
 
     interval: float = si("s", "time between two readings", gt=0, help=(
         "time between two readings, over which each is the mean speed of the main rotor"
     ))  # fmt: skip
     noise: float = si("rad/s", "standard deviation of a reading", gt=0)
     false_alarm_every: float = si("s", "mean time between two false alarms", gt=0)
-    change: float | None = si("rad/s", "change of speed that is to be seen soonest", default=None, gt=0, help=(
-        "change of speed that is to be noticed soonest; by default the standard deviation of the readings, beating included"
+    change: float | None = si("rad/s", "change of speed to be detected soonest", default=None, gt=0, help=(
+        "change of speed to be detected soonest; by default the standard deviation of the readings, beating included"
     ))  # fmt: skip
-    seed: Whole = Field(0, ge=0, title="seed of the noise that is shown", description="seed of the noise in shown readings")
+    seed: Whole = Field(0, ge=0, title="seed of the noise", description="seed of the noise in the stored readings")
 
 
 def _table_of(cls: type[T], where: str, example: str) -> BeforeValidator:
@@ -69,7 +69,7 @@ _SENSOR = _table_of(Sensor, "study.sensor", "sensor = { interval = TIME, noise =
 
 
 class FailureDetection(Spec):
-    """Let the specimen fail, and see how the exciter's speed shows it.
+    """Failure of a specimen, and its detection by the speed of the exciter.
 
     The stiffness falls by a schedule of the machine, or with the damage that its load does (``failure``).
     """
@@ -85,15 +85,15 @@ class FailureDetection(Spec):
         None, description="failure by the damage of a load, a table `[study.failure]`; without it by a schedule of the machine"
     )
     sensor: Annotated[Sensor, _SENSOR] = Field(title="sensor of the speed", description="sensor of the speed: `[study.sensor]`")
-    after: float | None = si("s", "time from which on the speed is taken", default=None, ge=0, help=(
-        "time from which on the speed before the failure is taken; by default the second half of the time before it"
+    after: float | None = si("s", "time from which on the speed is measured", default=None, ge=0, help=(
+        "time from which on the speed before the failure is measured; by default the second half of the time before it"
     ))  # fmt: skip
-    learning: float | None = si("s", "time over which the speed before the failure is taken", default=None, gt=0, help=(
-        "how long the speed before the failure is taken; by default until the stiffness begins to fall"
+    learning: float | None = si("s", "time over which the speed before the failure is measured", default=None, gt=0, help=(
+        "time over which the speed before the failure is measured; by default until the stiffness begins to fall"
     ))  # fmt: skip
     along: Path | None = Field(None, description=(
         "path of a parameter over which the signal at the failure (change of speed over the standard deviation of the "
-        "readings) and its largest value are sought"
+        "readings) and its largest value are computed"
     ))  # fmt: skip
     range: Pair | None = Field(None, description="pair [low, high] of the parameter `along`")
     points: Whole = Field(21, ge=2, le=MOST_POINTS, description="number of values of the parameter `along`")
@@ -104,7 +104,7 @@ class FailureDetection(Spec):
     engine: Engine | None = None
 
     def check(self) -> None:
-        """Keys that belong together, and times that fit each other."""
+        """Check that keys which belong together are given, and that times fit each other."""
         sensor, failure = self.sensor, self.failure
         if sensor.false_alarm_every < _FEWEST_BETWEEN_ALARMS * sensor.interval:
             least = _FEWEST_BETWEEN_ALARMS * sensor.interval
@@ -121,7 +121,7 @@ class FailureDetection(Spec):
                 raise InputError("study.failure.interval", failure.interval, allowed)
             if failure.law == "linear" and (self.learning is None or self.after is None):
                 missing = "learning" if self.after is not None else "after"
-                why = "where the stiffness falls from the begin on, after and learning say when the speed is taken"
+                why = "where the stiffness falls from the beginning, after and learning state when the speed is measured"
                 raise InputError(f"study.{missing}", None, f"this key is missing: {why}", code="missing")
         end = (self.after or 0.0) + (self.learning or 0.0)
         if end >= self.until:
