@@ -91,7 +91,7 @@ def test_phases_natural_frequencies_and_what_is_left() -> None:
         f"  resonance    x: {SPEED}",
         "  amplitude    2 mm at the end, 3 mm at most",
         "  phases       p1 -90.0°",
-        "  unbalance    12.3 % of the rotor's is left",
+        "  unbalance    12.3 % of the rotor's remains",
         "  in numbers   u 0.1235",
         "  energy       balance closed to 1.5e-09",
     ]
@@ -152,6 +152,6 @@ def test_the_bearing_forces_of_many_rotors() -> None:
     some = {f"r{k}": 100.0 * (1 + k % 4) for k in range(8)}
     assert felt(bearing_forces=some)[3] == (
         "  bearings     r1 200 N, r2 300 N, r3 400 N, r5 200 N, r6 300 N, r7 400 N at most, of each rotor on the carrier; "
-        "2 more less"
+        "2 smaller ones"
     )
     assert felt(bearing_forces={"r0": 2500.0})[3] == "  bearings     r0 2.5 kN at most, of each rotor on the carrier"

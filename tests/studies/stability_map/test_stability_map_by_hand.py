@@ -184,7 +184,7 @@ def test_places_that_say_otherwise_than_their_region() -> None:
 
 def test_what_is_lost_is_listed_in_part() -> None:
     lost = tuple(f"lost {k}" for k in range(6))
-    assert warnings_of(of(plan(), lost=lost)) == [*lost[:4], "so are 2 more"]
+    assert warnings_of(of(plan(), lost=lost)) == [*lost[:4], "and 2 more"]
     assert warnings_of(of(plan(), lost=lost[:4])) == list(lost[:4])
 
 

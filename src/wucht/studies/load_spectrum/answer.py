@@ -226,5 +226,7 @@ def report(result: xr.Dataset) -> list[str]:
     if s["cycles"]:
         c = s["convergence"]
         damage = "" if c["damage"] is None else f", and the damage by {abs(c['damage']):.2%}"
-        lines.append(("convergence", f"extrapolating the first half changes the cycle counts by {c['spectrum']:.2%} of all cycles{damage}"))
+        lines.append(
+            ("convergence", f"doubling the first half changes the counts by {c['spectrum']:.2%} of all cycles{damage}")
+        )
     return in_lines(result, result.attrs["sentence"], lines)
