@@ -55,7 +55,7 @@ def test_two_lines_a_case_of_both_models() -> None:
     head = "  a" + 19 * " "
     assert lines(cases=[first, second], outcomes={"passed": 2})[2:] == [
         f"{head}  passed               {SPEED}, amplitude 2 mm",
-        "    averaged equations  captured             5 rad/s (48 rpm), amplitude 2 mm; apart by 5 rad/s (48 rpm), 1 mm at "
+        "    averaged equations  captured             5 rad/s (48 rpm), amplitude 2 mm; deviation 5 rad/s (48 rpm), 1 mm at "
         "most",
         f"{head.replace('a', 'b')}  passed               {SPEED}, amplitude 2 mm",
         "    averaged equations  captured             5 rad/s (48 rpm), amplitude 2 mm",
@@ -71,7 +71,7 @@ def test_both_models_of_one_run() -> None:
     apart = {"at_equal_time": {"speed": 5.0, "amplitude": 1e-3}, "at_equal_angle": None}
     assert single(slow=slow, deviations=apart)[2:] == [
         "  slow         captured, 5 rad/s (48 rpm), amplitude 2 mm",
-        "  apart        speed 5 rad/s (48 rpm), amplitude 1 mm at most, at equal time",
+        "  deviation    speed 5 rad/s (48 rpm), amplitude 1 mm at most, at equal time",
     ]
 
 

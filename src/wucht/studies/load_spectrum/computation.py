@@ -112,8 +112,11 @@ MOST_ROWS, _CLASSES = 1000, 100  # ranges listed without classes, and classes wh
 
 @dataclass(frozen=True)
 class Plan:
-    """signal: whose cycles are counted. case: its run-up, None for a record. reference, class_width: in the signal's
-    unit. line: the Woehler line. warnings: doubts about the question."""
+    """The plan of a load spectrum.
+
+    signal: whose cycles are counted. case: its run-up, None for a record. reference, class_width: in the signal's
+    unit. line: the Woehler line. warnings: doubts about the question.
+    """
 
     spec: LoadSpectrum
     signal: MachineSignal | Channel
@@ -199,8 +202,11 @@ def run(plan: Plan, work: Work) -> Iterator[LoadHistory]:
 
 @dataclass(frozen=True, eq=False)
 class CountedLoad:
-    """cycles: all counted ones. rows: one for each range or class of ranges; row (m,): that of each cycle. class_width:
-    of the rows, None where each range has one. levels, crossings (k,): of level crossings."""
+    """A counted load.
+
+    cycles: all counted ones. rows: one for each range or class of ranges; row (m,): that of each cycle. class_width:
+    of the rows, None where each range has one. levels, crossings (k,): of level crossings.
+    """
 
     cycles: Cycles
     rows: Cycles

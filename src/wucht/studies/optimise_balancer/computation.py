@@ -43,9 +43,12 @@ _SLOW_PEAK = (
 
 @dataclass(frozen=True)
 class Plan:
-    """objectives: the requested ones. trials: by the number of bodies; ``as_it_is``: of the machine as given. numbers: its
+    """The plan of a search for the best balancer.
+
+    objectives: the requested ones. trials: by the number of bodies; ``as_it_is``: of the machine as given. numbers: its
     values of the variables (k,). generations: of each number of bodies. curve: trials of the damping alone, and the
-    dampings. way: the integration of the runs, as a phrase; one_by_one: True if each run is integrated separately."""
+    dampings. way: the integration of the runs, as a phrase; one_by_one: True if each run is integrated separately.
+    """
 
     spec: OptimiseBalancer
     machine: Machine
@@ -218,7 +221,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Findings:
-    """evaluated_generations: with their number of bodies. front: empty until the search is finished."""
+    """The findings of a search.
+
+    evaluated_generations: with their number of bodies. front: empty until the search is finished.
+    """
 
     own: Own
     curve: DampingCurve | None = None

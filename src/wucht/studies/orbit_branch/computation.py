@@ -19,7 +19,10 @@ from wucht.studies.spec import Value
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """along: the parameter. case: the orbits to search and follow."""
+    """The plan of a branch of orbits.
+
+    along: the parameter. case: the orbits to search and follow.
+    """
 
     along: Parameter
     case: OrbitCase

@@ -22,7 +22,10 @@ from wucht.studies.response.spec import Response
 
 @dataclass(frozen=True)
 class Plan:
-    """range: lowest and highest speed in rad/s. points: evenly spaced over it."""
+    """The plan of a response over the speed.
+
+    range: lowest and highest speed in rad/s. points: evenly spaced over it.
+    """
 
     steady: SteadyPhases
     range: tuple[float, float]
@@ -64,7 +67,10 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Findings:
-    """speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``."""
+    """The decisive speeds of a response.
+
+    speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``.
+    """
 
     speeds: np.ndarray
     curves: tuple[Peaks, ...]
@@ -166,7 +172,7 @@ class Maximum:
 
 @dataclass(frozen=True)
 class Curve:
-    """amplitude and torque (N,) over the speed, and where bodies are stable (N,)."""
+    """The amplitude and the torque (N,) over the speed, and a mask (N,) of stable bodies."""
 
     amplitude: np.ndarray
     torque: np.ndarray
@@ -175,7 +181,9 @@ class Curve:
 
 @dataclass(frozen=True)
 class Maxima:
-    """amplitudes, torques: local maxima. largest, hardest: the greatest of all where bodies are stable, None without such.
+    """The maxima of all curves.
+
+    amplitudes, torques: local maxima. largest, hardest: the greatest of all where bodies are stable, None without such.
 
     at_free: at the speed that the drive reaches without vibration, of each stable configuration there. throw: of the carrier
     in that of them with the largest amplitude.

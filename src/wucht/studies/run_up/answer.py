@@ -247,7 +247,7 @@ def report(result: xr.Dataset) -> list[str]:
     for name, apart in s.get("deviations", {}).items():
         if apart is not None:
             lines.add(
-                "apart", f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}", apart, "deviations"
+                "deviation", f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}", apart, "deviations"
             )
     return lines.report(f"{s['outcome'].upper()}: {s['sentence']}")
 
@@ -314,6 +314,6 @@ def _of_many(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
         lines.append(f"  {c['label']:{width}}  {c['outcome']:20} {_end(c, speed, length)}")
         if "slow" in c:
             apart = c["deviations"]["at_equal_angle"]
-            far = "" if apart is None else f"; apart by {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
+            far = "" if apart is None else f"; deviation {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
             lines.append(f"  {_SLOW:{width}}  {c['slow']['outcome']:20} {_end(c['slow'], speed, length)}{far}")
     return lines

@@ -18,7 +18,10 @@ from wucht.studies.speed_curve.spec import SpeedCurve
 
 @dataclass(frozen=True)
 class Plan:
-    """along, second: the parameters. bounds: of the first. case: the states to search and follow."""
+    """The plan of a speed curve.
+
+    along, second: the parameters. bounds: of the first. case: the states to search and follow.
+    """
 
     along: Parameter
     second: Parameter | None

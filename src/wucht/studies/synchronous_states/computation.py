@@ -39,7 +39,9 @@ _SAMPLES = 1001
 
 @dataclass(frozen=True)
 class Plan:
-    """machine: as given; that of the torques turns synchronously.
+    """The plan of a search for synchronous states.
+
+    machine: as given; that of the torques turns synchronously.
 
     speeds: lowest and highest of the search, in the main rotor's sense, None where the speed is given. is_limit_chosen: True if
     the highest is the program's choice. map: the centres of a stability map's cells: speeds (N,), in this sense, and ratios
