@@ -358,18 +358,18 @@ EXPECTED: dict[str, Figured] = {
         },
         (
             Line(0, "counted", "np.repeat(cumulative, 2)[:-1]", "np.repeat(500 * range_, 2)[1:]", part=True, off=0.02),
-            Line(2, "counted from here on", "counted_from", None),
+            Line(2, "start of counting", "counted_from", None),
         ),
     ),
     "optimise-balancer": Figured(
         {"study.samples": 2, "study.population": 4, "study.evaluations": 8, "study.points": 2, "study.until": "5 s"},
         {
-            0: ("settling time of half of the runs (s)", "unbalance left (g mm)"),
-            1: ("settling time of half of the runs (s)", "peak amplitude (mm)"),
+            0: ("median settling time (s)", "residual unbalance (g mm)"),
+            1: ("median settling time (s)", "peak amplitude (mm)"),
         },
         (
-            Line(0, "tried", "tried_objective[:, 0]", "1e6 * tried_objective[:, 1]"),
-            Line(1, "tried", "tried_objective[:, 0]", "1e3 * tried_objective[:, 2]"),
+            Line(0, "candidates", "tried_objective[:, 0]", "1e6 * tried_objective[:, 1]"),
+            Line(1, "candidates", "tried_objective[:, 0]", "1e3 * tried_objective[:, 2]"),
             Line(0, "machine as it is", "own_checked[0]", "1e6 * own_checked[1]"),
             Line(1, "machine as it is", "own_checked[0]", "1e3 * own_checked[2]"),
         ),

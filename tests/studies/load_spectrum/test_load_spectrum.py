@@ -212,7 +212,7 @@ def test_the_catalogue_file_gives_its_numbers():
     assert result.wucht.warnings == []
     lines = report(result)
     assert any(line.startswith("  machine      captured-modulated") for line in lines)
-    assert any("twice the first half is off by" in line for line in lines)
+    assert any("doubling the first half changes the counts by" in line for line in lines)
     drawn = draw(result)
     assert [axis.get_xlabel() for axis in drawn.axes[:4]] == ["cumulative cycles", "mean (mm)", "time (s)", "amplitude (mm)"]
     assert [axis.get_ylabel() for axis in drawn.axes[:4]] == [

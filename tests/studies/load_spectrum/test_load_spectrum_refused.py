@@ -30,8 +30,8 @@ CASES = {
     "key of the record": (RECORD, "column =", "colum =", ("study.signal.colum", "did you mean 'column'")),
     "counting": (RECORD, '"rainflow"', '"rain-flow"', ("study.counting", "'rain-flow'", "'range-pair'")),
     "residue": (RECORD, '"repeat"', '"keep"', ("study.residue", "'keep'", "'half-cycles', 'repeat' or 'drop'")),
-    "run-up of a record": (RECORD, COUNTING, 'until = "3 s"', ("study.until", "allowed only of a machine's run-up")),
-    "direction of a record": (RECORD, COUNTING, 'direction = "x"', ("study.direction", "allowed only of a machine's run-up")),
+    "run-up of a record": (RECORD, COUNTING, 'until = "3 s"', ("study.until", "only allowed for a machine's run-up")),
+    "direction of a record": (RECORD, COUNTING, 'direction = "x"', ("study.direction", "only allowed for a machine's run-up")),
     "after the end": (RECORD, COUNTING, 'after = "9 s"', ("study.after", "must be less than", "4 s")),
     "reference": (RECORD, COUNTING, 'reference = "0 N"', ("study.reference", "allowed only with counting = 'level-crossing'")),
     "unit of the reference": (
@@ -49,7 +49,7 @@ CASES = {
     "two rules": (
         RECORD, COUNTING, LINE.replace("}", ', miner = "original", k2 = 9 }'), ("study.woehler.k2", "either k2 or miner"),
     ),
-    "no machine": (RECORD, SIGNAL, "", ("study.signal", "needed is a table [machine], or a record")),
+    "no machine": (RECORD, SIGNAL, "", ("study.signal", "a table [machine] is required, or a record")),
     "both": (
         MACHINE, 'signal = "displacement"\nuntil = "1 s"', SIGNAL, ("study.signal", "either a table [machine] or a record"),
     ),

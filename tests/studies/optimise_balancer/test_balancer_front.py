@@ -82,7 +82,7 @@ def test_runs_without_a_verdict_are_neither_captured_nor_through(monkeypatch: py
     assert np.allclose(result.tried_objective.values[:, 0], (x**2 + END) / 2)
     assert np.array_equal(result.tried_objective.values[:, 3], np.full(20, 0.5))
     assert np.array_equal(result.tried_undecided.values, np.full(20, 0.5))
-    assert any("0 % to 50 % (the rest without a verdict) not through" in line for line in report(result))
+    assert any("0 % to 50 % (the rest without a verdict) captured" in line for line in report(result))
     assert "21 candidates have runs without a verdict, up to 50 %" in result.attrs["warnings"]
     draw(result)
 

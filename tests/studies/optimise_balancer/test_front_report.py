@@ -46,16 +46,17 @@ def test_the_lines_of_a_front() -> None:
     best = point(5.0, 0.0, 6e-3, 0.25, bodies=1)
     least = point(12.0, 0.01, 1e-3, 0.0)
     assert lines(best, least) == [
-        "  tried        400 candidates, 16 runs each from random phases, unbalance 0.01 to 0.02 kg m; searched with the "
-        "averaged equations",
-        "  as it is     2 bodies, damping 0.0125 N m s: half in place after 10 s, 0.02 kg m left, peak 4 mm, 50 % not through",
-        "  soonest      1 body, damping 0.0125 N m s: half in place after 5 s, 0 kg m left, peak 6 mm, 25 % not through (time "
-        "-50 %, unbalance left -100 %, peak +50 %)",
-        "  least peak   2 bodies, damping 0.0125 N m s: half in place after 12 s, 0.01 kg m left, peak 1 mm, 0 % not through "
-        "(time +20 %, unbalance left -50 %, peak -75 %)",
+        "  searched     400 candidates, 16 runs each from random phases, unbalance 0.01 to 0.02 kg m; evaluated with "
+        "the averaged equations",
+        "  as it is     2 bodies, damping 0.0125 N m s: median settling time 10 s, 0.02 kg m residual unbalance, peak 4 mm, "
+        "50 % captured",
+        "  min settling 1 body, damping 0.0125 N m s: median settling time 5 s, 0 kg m residual unbalance, peak 6 mm, "
+        "25 % captured (time -50 %, residual unbalance -100 %, peak +50 %)",
+        "  min peak     2 bodies, damping 0.0125 N m s: median settling time 12 s, 0.01 kg m residual unbalance, peak 1 mm, "
+        "0 % captured (time +20 %, residual unbalance -50 %, peak -75 %)",
     ]
     full = lines(best, unbalance=[0.01, 0.01], model="full", objectives=["peak"])
-    assert full[0].endswith("unbalance 0.01 kg m; searched with the full equations")
+    assert full[0].endswith("unbalance 0.01 kg m; evaluated with the full equations")
     assert full[2].endswith("N m s: peak 6 mm (peak +50 %)") and len(full) == 3
 
 
@@ -65,19 +66,19 @@ def test_what_was_checked_counts_and_what_does_not_hold_is_left_out() -> None:
     wrong = point(0.5, 0.0, 1e-4, 0.0, holds=False)
     only = lines(wrong, holds, objectives=["settling-time", "capture-probability"])
     assert only[2] == (
-        "  soonest      2 bodies, damping 0.0125 N m s: half in place after at least 8 s, 12.5 % to 25 % (the rest without a "
-        "verdict) not through (time -20 %)"
+        "  min settling 2 bodies, damping 0.0125 N m s: median settling time at least 8 s, 12.5 % to 25 % (the rest without a "
+        "verdict) captured (time -20 %)"
     )
     assert len(only) == 3, "the same is told once"
     caught = lines(point(1.0, None, None, 0.125, undecided=0.25), objectives=["capture-probability"])
-    assert caught[2].endswith(": 0 % to 12.5 % (the rest without a verdict) not through")
+    assert caught[2].endswith(": 0 % to 12.5 % (the rest without a verdict) captured")
     unknown = lines(point(None, None, None, None), objectives=["peak"], as_it_is=point(None, None, None, None))
-    assert unknown[1:] == ["  as it is     2 bodies, damping 0.0125 N m s: nothing is known"]
+    assert unknown[1:] == ["  as it is     2 bodies, damping 0.0125 N m s: no objective is known"]
 
 
 def test_of_equally_good_ones_that_is_told_of_which_less_are_caught() -> None:
     front = [point(5.0, 0.0, 1e-3, 0.5, bodies=3), point(5.0, 0.0, 1e-3, 0.25, bodies=4)]
-    assert lines(*front, objectives=["settling-time"])[2].startswith("  soonest      4 bodies")
+    assert lines(*front, objectives=["settling-time"])[2].startswith("  min settling 4 bodies")
 
 
 def test_gains_below_half_a_percent_are_none_and_new_unbalance_is_told() -> None:
@@ -85,22 +86,22 @@ def test_gains_below_half_a_percent_are_none_and_new_unbalance_is_told() -> None
     assert lines(point(10.051, None, None, None), objectives=["settling-time"])[2].endswith("10.1 s (time +1 %)")
     clean = point(10.0, 0.0, 1.0, 0.0)
     worse = lines(point(None, 0.01, None, None), as_it_is=clean, objectives=["residual"])
-    assert worse[2].endswith("0.01 kg m left (unbalance left where it was none)")
-    assert "where it was none" not in lines(point(None, 0.0, None, None), as_it_is=clean, objectives=["residual"])[2]
-    assert "where it was none" not in lines(point(1.0, 0.1, None, None), as_it_is=clean, objectives=["settling-time"])[2]
+    assert worse[2].endswith("0.01 kg m residual unbalance (residual unbalance where there was none)")
+    assert "where there was none" not in lines(point(None, 0.0, None, None), as_it_is=clean, objectives=["residual"])[2]
+    assert "where there was none" not in lines(point(1.0, 0.1, None, None), as_it_is=clean, objectives=["settling-time"])[2]
 
 
 @pytest.mark.parametrize(
     ("optimum", "as_many", "of_rates", "line"),
     [
-        (0.25, True, None, "0.25 N m s is soonest in place from random phases"),
+        (0.25, True, None, "0.25 N m s settles fastest from random phases"),
         (
             0.25, False, 0.5,
-            "0.25 N m s is soonest in place from random phases, of those with which most runs get through; near the place "
-            "itself 0.5 N m s",
+            "0.25 N m s settles fastest from random phases, of those with the fewest captured runs; small deviations "
+            "decay fastest with 0.5 N m s",
         ),
-        (0.125, True, None, "0.125 N m s is soonest in place from random phases, the least looked at"),
-        (1.0, True, None, "1 N m s is soonest in place from random phases, the greatest looked at"),
+        (0.125, True, None, "0.125 N m s settles fastest from random phases, the lowest of the curve"),
+        (1.0, True, None, "1 N m s settles fastest from random phases, the highest of the curve"),
     ],
 )  # fmt: skip
 def test_the_best_damping(optimum: float, as_many: bool, of_rates: float | None, line: str) -> None:

@@ -65,9 +65,9 @@ def test_bad_input_is_one_sentence(setting: str, says: tuple[str, ...], here: Pa
 def test_machines_without_balancing_bodies(refused: Refused) -> None:
     kind = ("--set", "study.kind=optimise-balancer", "--set", "study.vary={damping = [1, 2]}")
     refused(
-        "run", "drozdetskaya-2020/figure-5.4", *kind, "--set", "study.model=slow", says=("machine.model", "needed are bodies")
+        "run", "drozdetskaya-2020/figure-5.4", *kind, "--set", "study.model=slow", says=("machine.model", "[[machine.bodies]]")
     )
-    refused("run", "practice/screen", *kind, says=("machine.bodies", "needed are balancing bodies about"))
+    refused("run", "practice/screen", *kind, says=("machine.bodies", "there are no balancing bodies about"))
 
 
 @pytest.mark.slow

@@ -95,4 +95,4 @@ def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> N
     with pytest.raises(KeyboardInterrupt):
         ask(asked, MACHINE, progress=stop)
     runs = 2 * (1 + 1 + 25 + 16 + 2)
-    assert told == [f"{runs} run-ups at most, one by one, which takes long"]
+    assert told == [f"{runs} run-ups at most, integrated one by one, which takes long"]

@@ -45,9 +45,9 @@ def result(**other: Any) -> xr.Dataset:
 
 def test_before_the_first_orbit() -> None:
     made = result(branches=(), reported=(), complete=False)
-    assert made.wucht.summary["sentence"] == "the study was interrupted before an orbit was found"
+    assert made.wucht.summary["sentence"] == "the study was interrupted before the first orbit"
     assert warnings_of(made)[-1] == "the search is not finished"
-    assert result(branches=(), reported=()).wucht.summary["sentence"].startswith("no modulated motion was found: ")
+    assert result(branches=(), reported=()).wucht.summary["sentence"].startswith("there is no modulated motion: ")
 
 
 def test_a_whole_search_has_no_warnings() -> None:
@@ -57,7 +57,7 @@ def test_a_whole_search_has_no_warnings() -> None:
 
 def test_what_is_lost_or_left_out_is_told() -> None:
     lost = tuple(f"lost {k}" for k in range(4 + 2))
-    assert warnings_of(result(lost=lost)) == [*lost[:-2], "so are 2 more"]
+    assert warnings_of(result(lost=lost)) == [*lost[:-2], "and 2 more"]
     assert warnings_of(result(lost=lost[:-2])) == list(lost[:-2])
     _, found = circles()
     many = warnings_of(result(branches=found.branches * MOST_BRANCHES))
@@ -97,8 +97,8 @@ def test_orbits_whose_fastest_decays_are_not_known(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(branch, "joined", joined)
     assert warnings_of(result()) == [
-        "of 2 orbits the fastest decays are not known: the product of the multipliers is not what the divergence of the "
-        "equations demands"
+        "of 2 orbits the fastest decays are unknown: the product of the multipliers differs from that which the divergence of "
+        "the equations demands"
     ]
 
 
@@ -111,7 +111,7 @@ def test_the_lines_that_end_the_report() -> None:
     assert many[-1] == f"  and {40 - shown} more orbits: see the Dataset" and 1 < shown < 40
     assert STUDY.report(with_answer(made, orbits=[orbit] * shown))[-1] == many[-2]
     rotor = made.assign_attrs(rotor="drum")
-    for section, of in ((False, "all their disturbances"), (True, "disturbances that keep the bodies together alone")):
+    for section, of in ((False, "all disturbances"), (True, "disturbances with equal phases of the bodies only")):
         last = STUDY.report(with_answer(rotor, section=section, orbits=[]))[-1]
         assert last == f"  stability    in the averaged equations, of {of}; exponents: per unit of time"
     assert not STUDY.report(with_answer(rotor, branches=[], orbits=[]))[-1].startswith("  stability")

@@ -51,7 +51,7 @@ def test_manifolds_are_told_apart_by_colour_and_dashes(cylinder: xr.Dataset) -> 
     names = [t.get_text() for t in drawn.legends[0].get_texts()]
     assert names == [
         "stable fixed point", "stable within the section only", "saddle", "unstable manifold: leaves the saddle",
-        "stable manifold: goes to the saddle", "closed curve, stable", "trajectory", "nullcline of psi", "nullcline of speed",
+        "stable manifold: leads to the saddle", "closed curve, stable", "trajectory", "nullcline of psi", "nullcline of speed",
     ]  # fmt: skip
 
 

@@ -33,7 +33,7 @@ def test_closed_curves_are_met_where_no_trajectory_is_drawn() -> None:
     assert (orbit["kind"], orbit["period"]) == ("stable", pytest.approx(6.6632869, rel=1e-7))
     s = summary(wucht.load_machine("drozdetskaya-2020/r2"), together=True)
     assert sorted(c["kind"] for c in s["closed_curves"]) == ["stable", "unstable"]
-    assert "closed curves are those that 12 followed curves met" in s["shown"]
+    assert "closed curves are those met by 12 followed curves" in s["shown"]
 
 
 def test_the_model_is_named() -> None:

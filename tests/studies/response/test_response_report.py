@@ -42,14 +42,14 @@ def test_the_fewest_lines() -> None:
     ("bodies", "peak", "line"),
     [
         ("steady", 0.0, "  amplitude    none where balancing bodies are in stable steady phases"),
-        ("steady", None, "  amplitude    in no steady phases are the balancing bodies stable"),
+        ("steady", None, "  amplitude    the balancing bodies have no stable steady phases"),
     ],
 )
 def test_without_a_largest_amplitude(bodies: str, peak: float | None, line: str) -> None:
     given = {"peak_speed": None, "peak_amplitude": peak, "bodies": bodies, "self_centring_speed": 5.0}
     assert lines(**given)[2:] == [
         line,
-        "  self-centred from 5 rad/s (48 rpm) on: the centre of mass runs inside the axis' orbit",
+        "  self-centred from 5 rad/s (48 rpm) on: the centre of mass moves inside the orbit of the axis",
     ]
     assert len(lines(**given | {"bodies": "held"})) == 2
 

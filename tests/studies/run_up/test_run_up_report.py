@@ -55,7 +55,7 @@ def test_two_lines_a_case_of_both_models() -> None:
     head = "  a" + 19 * " "
     assert lines(cases=[first, second], outcomes={"passed": 2})[2:] == [
         f"{head}  passed               {SPEED}, amplitude 2 mm",
-        "    averaged equations  captured             5 rad/s (48 rpm), amplitude 2 mm; apart by 5 rad/s (48 rpm), 1 mm at "
+        "    averaged equations  captured             5 rad/s (48 rpm), amplitude 2 mm; deviation 5 rad/s (48 rpm), 1 mm at "
         "most",
         f"{head.replace('a', 'b')}  passed               {SPEED}, amplitude 2 mm",
         "    averaged equations  captured             5 rad/s (48 rpm), amplitude 2 mm",
@@ -71,7 +71,7 @@ def test_both_models_of_one_run() -> None:
     apart = {"at_equal_time": {"speed": 5.0, "amplitude": 1e-3}, "at_equal_angle": None}
     assert single(slow=slow, deviations=apart)[2:] == [
         "  slow         captured, 5 rad/s (48 rpm), amplitude 2 mm",
-        "  apart        speed 5 rad/s (48 rpm), amplitude 1 mm at most, at equal time",
+        "  deviation    speed 5 rad/s (48 rpm), amplitude 1 mm at most, at equal time",
     ]
 
 
@@ -91,7 +91,7 @@ def test_phases_natural_frequencies_and_what_is_left() -> None:
         f"  resonance    x: {SPEED}",
         "  amplitude    2 mm at the end, 3 mm at most",
         "  phases       p1 -90.0°",
-        "  unbalance    12.3 % of the rotor's is left",
+        "  unbalance    12.3 % of the rotor's remains",
         "  in numbers   u 0.1235",
         "  energy       balance closed to 1.5e-09",
     ]
@@ -152,6 +152,6 @@ def test_the_bearing_forces_of_many_rotors() -> None:
     some = {f"r{k}": 100.0 * (1 + k % 4) for k in range(8)}
     assert felt(bearing_forces=some)[3] == (
         "  bearings     r1 200 N, r2 300 N, r3 400 N, r5 200 N, r6 300 N, r7 400 N at most, of each rotor on the carrier; "
-        "2 more less"
+        "2 smaller ones"
     )
     assert felt(bearing_forces={"r0": 2500.0})[3] == "  bearings     r0 2.5 kN at most, of each rotor on the carrier"

@@ -68,16 +68,16 @@ def test_sentences() -> None:
     }  # fmt: skip
     for sentence, branches in words.items():
         assert result(*branches).wucht.summary["sentence"] == sentence
-    assert result().wucht.summary["sentence"] == "no steady states were found, between mu = 1 and 10"
+    assert result().wucht.summary["sentence"] == "there are no steady states, between mu = 1 and 10"
     interrupted = result(complete=False)
-    assert interrupted.wucht.summary["sentence"] == "the study was interrupted before a branch was found"
+    assert interrupted.wucht.summary["sentence"] == "the study was interrupted before the first branch"
     assert warnings_of(interrupted)[-1] == "0 branches are followed; the search is not finished"
     assert warnings_of(result(branch(1, 10), complete=False))[-1] == "one branch is followed; the search is not finished"
 
 
 def test_warnings() -> None:
     lost = tuple(f"lost {k}" for k in range(5))
-    assert warnings_of(result(lost=lost)) == ["lost 0", "lost 1", "lost 2", "so are 2 more states"]
+    assert warnings_of(result(lost=lost)) == ["lost 0", "lost 1", "lost 2", "and 2 more states"]
     assert warnings_of(result(lost=lost[:3])) == list(lost[:3])
     changing = replace(branch(1.0, 10.0), exponents=np.array([[-1.0] * 4 + [1.0] * 3 + [-1.0] * 3], complex))
     where = "between mu = 4 and 5, and at 1 more places"
@@ -88,11 +88,11 @@ def test_warnings() -> None:
     assert warnings_of(result(once))[0].startswith("on branch 1 stability changes between mu = 4 and 5: no fold")
     families = warnings_of(result(branch(1, 10, *(1.0,) * 10), branch(1, 9, *(1.0,) * 10, dimension=2)))
     assert families == [
-        "the states in which the unbalances compensate form families of dimension 1 and 2: one member stands for each where a "
-        "state is shown; its exponents are those transverse to the family"
+        "the states in which the unbalances compensate form families of dimension 1 and 2: one member represents each where a "
+        "state is listed; its exponents are those transverse to the family"
     ]
     partly = warnings_of(result(branch(1, 10, *SOME)))
-    assert partly[-1].startswith("of a family ") and partly[-1].endswith("the limits of rare members may lie farther out")
+    assert partly[-1].startswith("of a family ") and partly[-1].endswith("the limits of rare members may be wider")
 
 
 # --- the report ---
@@ -120,7 +120,7 @@ def test_the_lines_of_families() -> None:
     assert isolated[2:] == [
         "  branch 1     steady states, from 1 to 10: stable at mu from 1 to 10 (2 to 20)",
         "               its end: it stops",
-        "  complete     yes at one value of mu: as by hand; what lies between these alone may be missing",
+        "  complete     yes at one value of mu: as by hand; only branches between these values may be missing",
     ]
     assert lines(result(branch(1, 10), searched=()))[-1].startswith("  branch 1")
 

@@ -131,7 +131,7 @@ def test_it_is_reported() -> None:
     assert "branch 1     type I: compensating" in lines and "stable at u from 0.5 to 1.8331 (0.6" in lines
     assert (
         "fold         u = 1.833108: speed 0.77588" in lines
-        and "bodies turn at different mean speeds" in lines
+        and "bodies of different mean speeds" in lines
         and "complete     yes at 7 values of u" in lines
     )
 

@@ -80,7 +80,7 @@ def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
     assert result.wucht.summary["everywhere"] == ["a"]
     assert list(zip(result.place_x.values, result.place_y.values, strict=True)) == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
     assert result.wucht.summary["sentence"] == (
-        "stable everywhere: a; besides no other steady state in 100 % of the plane; modulated motions were not sought"
+        "stable everywhere: a; besides no other steady state in 100 % of the plane; modulated motions were not searched"
     )
 
 
@@ -92,7 +92,7 @@ def test_runs_tell_of_motions_that_no_branch_has() -> None:
     result = of(plan(), rows=rows(("a",), ("a",), (), ()), reached=reached)
     assert labels(result) == [
         "a", "a, modulated motion stable",
-        "a motion that neither rests nor repeats itself, a steady state that was not found", "no other steady state",
+        "a motion that is neither steady nor periodic, an unidentified steady state", "no other steady state",
     ]  # fmt: skip
     assert result.wucht.summary["runs"] == 23
 
@@ -172,26 +172,24 @@ def test_places_that_say_otherwise_than_their_region() -> None:
     different = rows(("a", "b"), ("a", "b"), ("a", "b"), ("a",))
     result = of(plan(), rows=different)
     (warning,) = warnings_of(result)
-    assert warning == "1 of 4 places say otherwise than their region, such as p = 1, r = 2: no other steady state"
-    assert warnings_of(of(plan(), rows=different, complete=False)) == ["4 places were looked at; the map is not finished"]
+    assert warning == "1 of 4 places contradict their region, such as p = 1, r = 2: no other steady state"
+    assert warnings_of(of(plan(), rows=different, complete=False)) == ["4 places are examined; the map is not finished"]
     assert result.wucht.summary["against"] == 1
-    assert STUDY.report(result)[-1] == "  checked      3 of 4 places that were looked at one by one agree with the boundaries"
+    assert STUDY.report(result)[-1] == "  checked      3 of 4 separately examined places agree with the boundaries"
     runs = of(plan(), rows=different, reached=(ReachedMotions(-1.0, 0.0, 6, 6, (), 0),))
-    assert STUDY.report(runs)[-1].startswith(
-        "  checked      3 of 4 places that were looked at one by one, by 6 runs from several"
-    )
+    assert STUDY.report(runs)[-1].startswith("  checked      3 of 4 separately examined places, by 6 runs from several")
 
 
 def test_what_is_lost_is_listed_in_part() -> None:
     lost = tuple(f"lost {k}" for k in range(6))
-    assert warnings_of(of(plan(), lost=lost)) == [*lost[:4], "so are 2 more"]
+    assert warnings_of(of(plan(), lost=lost)) == [*lost[:4], "and 2 more"]
     assert warnings_of(of(plan(), lost=lost[:4])) == list(lost[:4])
 
 
 def test_before_the_first_place() -> None:
     result = of(plan(), rows=(), complete=False)
-    assert result.wucht.summary["sentence"] == "the study was interrupted before a place was looked at"
-    assert warnings_of(result) == ["0 places were looked at; the map is not finished"]
+    assert result.wucht.summary["sentence"] == "the study was interrupted before the first place"
+    assert warnings_of(result) == ["0 places are examined; the map is not finished"]
 
 
 def test_a_small_region_is_drawn_without_its_name() -> None:
@@ -247,7 +245,7 @@ def test_how_modulated_motions_end() -> None:
     assert (s["eliminate"], s["eliminate_unit"], s["eliminate_range"]) == ("s", "", [0.0, 1.0])
     assert [p["s"] for p in s["points"]] == [0.375, 0.375]
     assert list(s["boundary_values"].values()) == [pytest.approx(LINE.value.tolist())]
-    assert warnings_of(result) == ["doubtful", "4 places were looked at; the map is not finished"]
+    assert warnings_of(result) == ["doubtful", "4 places are examined; the map is not finished"]
     assert STUDY.report(result)[2:5] == [
         "  saddle-node on the orbit | saddle connection: p from 0 to 0, r from -1 to 3",
         "  two saddle nodes connected: p = 0.1234568, r = 1.5, s = 0.375",
@@ -288,7 +286,7 @@ def test_marks_and_places_stand_at_their_values_of_both_parameters() -> None:
     given: Any = SimpleNamespace(**{name: SimpleNamespace(values=np.array(v)) for name, v in values.items()})
     handles = map_figure._marks(Figure().subplots(), given)
     assert [(h.get_label(), [*h.get_xdata()], [*h.get_ydata()]) for h in handles] == [
-        ("cusp", [1.0, 3.0], [10.0, 30.0]), ("other", [2.0], [20.0]), ("looked at one by one", [5.0], [50.0])
+        ("cusp", [1.0, 3.0], [10.0, 30.0]), ("other", [2.0], [20.0]), ("examined places", [5.0], [50.0])
     ]  # fmt: skip
     assert handles[0].get_marker() != handles[1].get_marker()
 

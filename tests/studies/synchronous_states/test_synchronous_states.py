@@ -334,7 +334,7 @@ def test_bodies_of_a_track_that_overlap_are_marked() -> None:
 
 def test_released_bodies() -> None:
     result = run(SynchronousStates(), load_machine("sperling-vibration/figure-4"))
-    assert "b1 is taken as released" in result.attrs["warnings"]
+    assert "b1 is assumed to be released" in result.attrs["warnings"]
     state = result.wucht.summary["states"][0]
     assert [round(math.degrees(p), 2) for p in state["phases"].values()] == [128.68, 231.32]
     assert state["stable_full"]
@@ -437,7 +437,7 @@ def test_an_exponent_that_is_zero_is_not_decided() -> None:
 def test_multipliers_can_be_left_out() -> None:
     summary = answer(machine(0.012, 0.008), full=False)
     assert {s["stable_full"] for s in summary["states"]} == {None}
-    assert {s["why"] for s in summary["states"]} == {"the multipliers were not asked for"}
+    assert {s["why"] for s in summary["states"]} == {"the multipliers were not requested"}
 
 
 def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
@@ -459,7 +459,7 @@ def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
 
 def test_without_multipliers_the_sentence_says_so() -> None:
     summary = answer(machine(0.012, 0.008), full=False)
-    assert "stable in the averaged equations (the full ones were not asked): compensating" in summary["sentence"]
+    assert "stable in the averaged equations (the full ones were not evaluated): compensating" in summary["sentence"]
     assert summary["full"] is False
     assert answer(machine(0.004, drive=HELD | {"speed": 30.0}), full=False)["sentence"].count("stable in the averaged") == 1
 
@@ -468,7 +468,7 @@ def test_what_neither_equations_decide_is_undecided() -> None:
     """At a twentieth of a radian a second the vibration is too small to tell anything."""
     summary = answer(machine(0.012, 0.008, drive=HELD | {"speed": 0.05}), full=False)
     assert {s["verdict"] for s in summary["states"]} == {"undecided"}
-    assert "none of them shown to be stable in the averaged equations; undecided: compensating (2)" in summary["sentence"]
+    assert "none of them proved stable in the averaged equations; undecided: compensating (2)" in summary["sentence"]
 
 
 @pytest.mark.slow
@@ -477,8 +477,8 @@ def test_bodies_in_each_others_place_are_not_called_stable() -> None:
     summary = answer(load_machine("practice/grinder-2-balls"))
     assert [(s["name"], s["overlapping"]) for s in summary["states"] if s["verdict"] == "stable"] == [("together", True)]
     assert summary["sentence"] == (
-        "3 steady phase configurations, none of them stable; together would be, could bodies lie in each other's place: "
-        "where contacts bring them is seen in a run-up"
+        "3 steady phase configurations, none of them stable; together would be, could bodies overlap: "
+        "a run-up shows where contacts move them"
     )
 
 
@@ -817,8 +817,8 @@ def test_words(wucht: Command) -> None:
     assert "speeds from 0.012 to 12 rad/s by subdivision" in command.out
     command = wucht("run", "practice/screen", *question, "--set", "study.full=false", "-o", "o2")
     assert command.code == 0, command.err
-    assert "stable in the averaged equations (the full ones were not asked)" in command.out
-    assert "multipliers were not asked" not in command.out
+    assert "stable in the averaged equations (the full ones were not evaluated)" in command.out
+    assert "multipliers were not requested" not in command.out
     assert _degrees(2 * math.pi - 1e-5) == "0.00"
     assert _degrees(math.pi) == "180.00"
 

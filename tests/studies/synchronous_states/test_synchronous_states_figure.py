@@ -209,7 +209,7 @@ def test_no_state_at_all() -> None:
     }
     result = run(SynchronousStates(), machine_from(described))
     assert result.sizes["state"] == 0
-    assert result.attrs["sentence"] == "no steady phase configurations: the bodies do not turn in step here"
+    assert result.attrs["sentence"] == "no steady phase configurations: the bodies do not synchronise here"
     draw(result).savefig(io.BytesIO(), format="png")
 
 

@@ -84,8 +84,8 @@ def test_each_state_has_its_speed_where_that_is_not_given(result: xr.Dataset) ->
     [
         ({"name": None}, "no name            stable: b0 120.00°, b1 0.00°"),
         ({"type": "II"}, "compensating (II)  stable: b0 120.00°, b1 0.00°"),
-        ({"residual_share": 0.12345}, "compensating       stable: b0 120.00°, b1 0.00°, 12.3 % of the unbalance left"),
-        ({"residual_share": 0.0}, "compensating       stable: b0 120.00°, b1 0.00°, 0 % of the unbalance left"),
+        ({"residual_share": 0.12345}, "compensating       stable: b0 120.00°, b1 0.00°, 12.3 % of the unbalance remains"),
+        ({"residual_share": 0.0}, "compensating       stable: b0 120.00°, b1 0.00°, 0 % of the unbalance remains"),
         ({"multiplicity": 2}, "compensating       stable: b0 120.00°, b1 0.00°, 2 ways"),
         (
             {"multiplicity": 2, "family_dimension": 1},
@@ -93,7 +93,7 @@ def test_each_state_has_its_speed_where_that_is_not_given(result: xr.Dataset) ->
         ),
         (
             {"overlapping": True},
-            "compensating       stable: b0 120.00°, b1 0.00°, but bodies of a track would lie in each other's place",
+            "compensating       stable: b0 120.00°, b1 0.00°, but bodies of a track would overlap",
         ),
         ({"stable_slow": False, "stable_full": False}, "compensating       unstable: b0 120.00°, b1 0.00°"),
         ({"stable_slow": None, "stable_full": None}, "compensating       undecided: b0 120.00°, b1 0.00°"),
@@ -163,11 +163,11 @@ def test_a_drive_that_runs_away_leaves_the_end_of_the_range_to_the_program() -> 
         (None, [True, False] * 3 + [True], None, ""),
         (
             True, [True, False, None, True, True, False, True], None,
-            "stable at 5 of 7 members of the family that were looked at, stable at this one",
+            "stable at 5 of 7 examined members of the family, stable at this one",
         ),
         (
             False, [True, None, None, None, None, None, None], None,
-            "stable at 1 of 2 members of the family that were looked at, not stable at this one",
+            "stable at 1 of 2 examined members of the family, not stable at this one",
         ),
     ],
 )  # fmt: skip

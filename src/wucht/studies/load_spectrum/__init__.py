@@ -1,1 +1,1 @@
-"""The study ``load-spectrum``: count what a machine's run-up, or a record, does to a part."""
+"""The study ``load-spectrum``: count the load cycles of a machine's run-up, or of a record, and their damage to a part."""

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 _MATRIX = 40  # classes of range and of mean
-_COURSE, _IN_A_PART = 200, 8  # parts of time whose smallest and largest value are kept, and turning points in one
-_CONVERGED = 0.05  # of the cycles, and of the damage: so much the spectrum may change with the second half of the run
-_PART_OF_A_RUN = 2.0  # the half of it stands for the whole
+_COURSE, _IN_A_PART = 200, 8  # intervals of time with their least and greatest value, and turning points in one
+_CONVERGED = 0.05  # of the cycles, and of the damage: largest change by the second half of a converged run
+_PART_OF_A_RUN = 2.0  # the first half, repeated so often, is compared with the whole
 
 
 def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
-    """The Dataset of a load spectrum. Raises ``InputError`` for too narrow classes."""
+    """Return the Dataset of a load spectrum. Raises ``InputError`` for too narrow classes."""
     time, verdict = findings.time, findings.verdict
     begin = plan.spec.after if plan.spec.after is not None else float(time[0]) if len(time) else 0.0
     middle = (begin + findings.end_time) / 2
@@ -51,10 +51,10 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
         *_of_signal(plan, findings, values),
         *_of_damage(plan, damages, findings.end_time - begin),
         Quantity("counting", plan.spec.counting, "way of counting"),
-        Quantity("residue", plan.spec.residue, "what becomes of cycles that do not close"),
-        Quantity("begin", begin, "time from which on is counted", unit_of_time),
-        Quantity("half", middle, "time in the middle of what is counted", unit_of_time),
-        Quantity("end", findings.end_time, "time up to which is counted", unit_of_time),
+        Quantity("residue", plan.spec.residue, "treatment of cycles that do not close"),
+        Quantity("begin", begin, "time from which counting starts", unit_of_time),
+        Quantity("half", middle, "time in the middle of the counted interval", unit_of_time),
+        Quantity("end", findings.end_time, "time at which counting ends", unit_of_time),
         Quantity("outcome", outcome, "outcome of the run-up"),
         Quantity("convergence", convergence, "the whole compared with twice its first half", parts=parts),
     ]
@@ -66,7 +66,7 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
 
 
 def _of_rows(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity]:
-    """The spectrum: each range, or class of ranges, with its mean and its cycles; with a Woehler line its damage."""
+    """Return the spectrum: each range, or class of ranges, with mean and cycles; with a Woehler line, its damage."""
     unit, rows, line = plan.signal.unit, whole.rows, plan.line
     keys, columns = ("range", "mean", "count"), (rows.ranges.tolist(), rows.means.tolist(), rows.counts.tolist())
     spectrum = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
@@ -91,7 +91,7 @@ def _of_rows(plan: Plan, whole: CountedLoad, half: CountedLoad) -> list[Quantity
 
 
 def _of_classes(plan: Plan, whole: CountedLoad) -> list[Quantity]:
-    """The matrix of ranges and means, and the crossings of levels if they are counted."""
+    """Return the matrix of ranges and means, and the crossings of levels if they are counted."""
     unit, matrix = plan.signal.unit, RangeMeanMatrix.of(whole.cycles, _MATRIX)
     ranges, means = ((e[1:] + e[:-1]) / 2 for e in (matrix.range_edges, matrix.mean_edges))
     quantities = [
@@ -113,12 +113,12 @@ def _of_classes(plan: Plan, whole: CountedLoad) -> list[Quantity]:
 
 
 def _of_damage(plan: Plan, damages: list[float] | None, duration: float) -> list[Quantity]:
-    """Miner's sum of the whole and of its first half, and how often and how long the part bears what was counted."""
+    """Return Miner's sum of the whole and of its first half, and the life of the part in repetitions and in time."""
     damage = damages[0] if damages else None
     quantities = [
         Quantity("damage", damage, "Miner's sum", headline=True),
-        Quantity("repetitions", 1 / damage if damage else None, "how often the part bears this"),
-        Quantity("life", duration / damage if damage else None, "how long the part bears this", _time(plan)),
+        Quantity("repetitions", 1 / damage if damage else None, "repetitions of this load until failure"),
+        Quantity("life", duration / damage if damage else None, "life of the part under this load", _time(plan)),
     ]
     return [*quantities, Quantity("damage_of_half", damages[1], "Miner's sum of the first half")] if damages else quantities
 
@@ -128,7 +128,7 @@ def _time(plan: Plan) -> str:
 
 
 def _without_bounds(plan: Plan, whole: CountedLoad, damages: list[float] | None) -> str | None:
-    """Why the damage is no finite number, None if it is one."""
+    """Return the reason why the damage is no finite number, None if it is one."""
     if plan.line is None or damages is None or math.isfinite(damages[0]):
         return None
     times = f"{whole.cycles.largest / 2 / plan.line.SD:.3g} times study.woehler.SD"
@@ -136,7 +136,7 @@ def _without_bounds(plan: Plan, whole: CountedLoad, damages: list[float] | None)
 
 
 def _of_signal(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) -> list[Quantity]:
-    """What is counted, and its smallest and largest value in parts of time; all turning points where they are few."""
+    """Return the signal with its least and greatest value in intervals of time; all turning points where they are few."""
     time, values, unit = findings.time, findings.values, plan.signal.unit
     low, high = values, values
     if len(values) > _COURSE * _IN_A_PART:
@@ -157,7 +157,7 @@ def _of_signal(plan: Plan, findings: LoadHistory, counted_values: np.ndarray) ->
         Quantity("course_time", time, "time", "s", "part"),
         Quantity("lowest", low, "lowest value", unit, "part"),
         Quantity("highest", high, "highest value", unit, "part"),
-        Quantity("counted_from", plan.spec.after, "time from which on is counted", "s", ""),
+        Quantity("counted_from", plan.spec.after, "time from which counting starts", "s", ""),
     ]
 
 
@@ -179,7 +179,7 @@ def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, convergence
     if not whole.cycles.total:
         after = plan.spec.after
         late = "" if after is None else f" after study.after = {after:g}, and the run ends at {findings.end_time:g}"
-        return [*warnings, f"the signal does not turn back{late}: nothing was counted"]
+        return [*warnings, f"the signal has no turning points{late}: nothing was counted"]
     if plan.class_width is None and whole.class_width is not None and plan.spec.counting != "level-crossing":
         width = f"{whole.class_width:.4g} {plan.signal.unit}".rstrip()
         classes = f"there are more than {MOST_ROWS} different ranges: the spectrum has classes of {width}"
@@ -196,14 +196,14 @@ def _warnings(plan: Plan, findings: LoadHistory, whole: CountedLoad, convergence
 
 _MOST = 6
 _RESIDUES = {
-    "half-cycles": "what does not close counts as half cycles",
-    "repeat": "the history repeats, all cycles close",
-    "drop": "what does not close is left out",
+    "half-cycles": "the residue counts as half cycles",
+    "repeat": "the history is repeated, so that all cycles close",
+    "drop": "the residue is left out",
 }
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a load spectrum."""
+    """Return the lines that ``wucht run`` prints for a load spectrum."""
     s = result.wucht.summary
     unit = f" {s['unit']}" if s["unit"] else ""
     time_unit = "" if result.attrs["dimensionless"] else " s"
@@ -222,9 +222,11 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(("damage", f"{s['damage']:.5g}"))
     if s["life"] is not None:
         hours = "" if result.attrs["dimensionless"] else f" ({s['life'] / 3600:.4g} h)"
-        lines.append(("life", f"{s['repetitions']:.5g} times this, {s['life']:.5g}{time_unit}{hours}"))
+        lines.append(("life", f"{s['repetitions']:.5g} repetitions, {s['life']:.5g}{time_unit}{hours}"))
     if s["cycles"]:
         c = s["convergence"]
-        damage = "" if c["damage"] is None else f", the damage by {abs(c['damage']):.2%}"
-        lines.append(("convergence", f"twice the first half is off by {c['spectrum']:.2%} of all cycles{damage}"))
+        damage = "" if c["damage"] is None else f", and the damage by {abs(c['damage']):.2%}"
+        lines.append(
+            ("convergence", f"doubling the first half changes the counts by {c['spectrum']:.2%} of all cycles{damage}")
+        )
     return in_lines(result, result.attrs["sentence"], lines)

@@ -1,4 +1,4 @@
-"""Question and subject -> plan -> findings: where the signal comes from, how its turning points are counted, and its damage."""
+"""Question and subject -> plan -> findings: the source of the signal, the count of its turning points, and its damage."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from wucht.studies.shared_keys import woehler_line
 from wucht.studies.spec import Value
 from wucht.studies.subjects import MACHINE, Description
 
-# Of loads, in this order: loggers state accelerations in g, which elsewhere is a gram.
+# SI units of loads, tried in this order: loggers state accelerations in g, which elsewhere is a gram.
 _SI = ("m/s^2", "N", "N m", "Pa", "m", "m/s", "rad", "rad/s", "V", "A", "W", "kg", "")
 
 
@@ -48,11 +48,11 @@ class Records:
     title: str = "Record"
 
     def contents(self, name: str) -> str:
-        """Of a record, so that a changed one is another question."""
+        """Return the contents of a record, so that a changed one is another question."""
         return contents_of(self.folder / name)
 
     def channel(self, record: Record) -> Channel:
-        """A recorded signal, in SI where its unit is known.
+        """Return a recorded signal, in SI where its unit is known.
 
         Raises ``InputError`` for a record that cannot be read, and a column that it does not have.
         """
@@ -75,10 +75,10 @@ class OfMachineOrRecords:
         if "machine" in document:
             return MACHINE.read(document, path, name, settings)
         if "system" in document:
-            raise InputError("system", None, "this study is asked of a machine or of a record")
+            raise InputError("system", None, "this study needs a machine or a record")
         refuse_unknown(document, ABOUT, "")
         for key, given in settings.items():
-            raise InputError(key, given, "there is no table [machine] in which this could be set")
+            raise InputError(key, given, "there is no table [machine] with this key")
         return Records(path.parent, str(document.get("title", printable(path.stem)))), {}
 
     def describe(self, subject: Any) -> Description:
@@ -86,12 +86,12 @@ class OfMachineOrRecords:
         if isinstance(subject, Machine):
             return MACHINE.describe(subject)
         if not isinstance(subject, Records):
-            raise InputError("machine", subject, "this study is asked of a machine, or of wucht.Records")
+            raise InputError("machine", subject, "this study needs a machine, or wucht.Records")
         return Description(subject.title, False, {"title": subject.title})
 
 
 def _in_si(channel: Channel) -> Channel:
-    """In SI; one without a unit, in shares of full scale, or in a unit that we do not know stays as it is."""
+    """Convert a channel to SI; it stays as it is without a unit, in shares of full scale, or in an unknown unit."""
     if channel.unit in ("", FULL_SCALE):
         return channel
     for si in _SI:
@@ -107,13 +107,16 @@ MACHINE_OR_RECORDS = OfMachineOrRecords()
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
 _MOST_CLASSES = 10_000
-MOST_ROWS, _CLASSES = 1000, 100  # ranges that each stand for themselves, and classes where there are more
+MOST_ROWS, _CLASSES = 1000, 100  # ranges listed without classes, and classes where there are more
 
 
 @dataclass(frozen=True)
 class Plan:
-    """signal: what is counted. case: the run-up in which it comes, None of a record. reference, class_width: in the signal's
-    unit. line: the Woehler line. warnings: what is doubtful about the question."""
+    """The plan of a load spectrum.
+
+    signal: whose cycles are counted. case: its run-up, None for a record. reference, class_width: in the signal's
+    unit. line: the Woehler line. warnings: doubts about the question.
+    """
 
     spec: LoadSpectrum
     signal: MachineSignal | Channel
@@ -125,7 +128,7 @@ class Plan:
 
 
 def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine or the record."""
+    """Return the plan. Raises ``InputError`` where the question does not fit the machine or the record."""
     signal: MachineSignal | Channel
     case, warnings = None, tuple[str, ...]()
     if isinstance(subject, Machine):
@@ -135,7 +138,7 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
         signal = machine_signal(case.machine, str(spec.signal), spec.direction)
     else:
         if spec.record is None:
-            why = "needed is a table [machine], or a record: signal = { file = FILE, column = NAME }"
+            why = "a table [machine] is required, or a record: signal = { file = FILE, column = NAME }"
             raise InputError("study.signal", spec.signal, why)
         signal = subject.channel(spec.record)
         last = float(signal.time[-1])
@@ -146,7 +149,7 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
     width = _in_unit(spec.class_width, unit, "width of the classes", "class_width")
     if width is not None and width <= 0:
         raise InputError("study.class_width", spec.class_width, "must be a width greater than 0")
-    if isinstance(signal, Channel):  # how far a machine goes is known only when it has run
+    if isinstance(signal, Channel):  # the span of a machine's signal is known only after its run
         check_width(signal.values, width)
     reference = _in_unit(spec.reference, unit, "reference", "reference")
     line = None if spec.woehler is None else woehler_line(spec.woehler, unit, "study.woehler")
@@ -154,7 +157,7 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
 
 
 def numbers(plan: Plan) -> float:
-    """At most how many numbers are stored: time and value of two turning points a turn of the highest speed expected."""
+    """Bound the count of stored numbers: time and value of two turning points a turn at the highest speed expected."""
     if plan.case is None:
         return 0.0
     horizon = plan.case.horizon
@@ -162,7 +165,7 @@ def numbers(plan: Plan) -> float:
 
 
 def check_width(values: np.ndarray, width: float | None) -> None:
-    """Raises ``InputError`` for classes so narrow that they would be too many for values (m,)."""
+    """Refuse classes so narrow that they would be too many for values (m,). Raises ``InputError``."""
     span = float(np.ptp(values)) if len(values) else 0.0
     if width is not None and span > _MOST_CLASSES * width:
         allowed = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
@@ -170,26 +173,26 @@ def check_width(values: np.ndarray, width: float | None) -> None:
 
 
 def _in_unit(given: Value | None, unit: str, what: str, key: str) -> float | None:
-    """A quantity in the unit of the signal; in a unit that is not one of SI, a number. Raises ``InputError``."""
+    """Read a quantity in the unit of the signal; in a unit outside SI, a number. Raises ``InputError``."""
     return None if given is None else read_quantity(Unit(unit, what), given, f"study.{key}")
 
 
 def _of_samples(values: np.ndarray) -> tuple[str, ...]:
-    """A warning where extremes fall between the samples of a record."""
+    """Return a warning where extremes fall between the samples of a record."""
     steps = np.diff(values)
     turns = int(np.count_nonzero(np.diff(np.sign(steps[steps != 0])))) if len(values) > 2 else 0
     spaced = 2 * len(values) / turns if turns else np.inf
     if spaced >= _FEWEST_SAMPLES_A_CYCLE or len(values) < 2 * _FEWEST_SAMPLES_A_CYCLE:
         return ()
     return (
-        f"the record has {spaced:.1f} samples a cycle: what the load reaches between them is not counted, and noise is; "
-        f"{_FEWEST_SAMPLES_A_CYCLE:g} samples a cycle miss up to 5 % of an amplitude. A list of turning points is counted as "
-        "it stands.",
+        f"the record has {spaced:.1f} samples a cycle: extremes between them are not counted, and noise is; "
+        f"{_FEWEST_SAMPLES_A_CYCLE:g} samples a cycle miss up to 5 % of an amplitude. For a list of turning points this does "
+        "not matter.",
     )
 
 
 def run(plan: Plan, work: Work) -> Iterator[LoadHistory]:
-    """The findings after each leg."""
+    """Yield the findings after each leg."""
     if isinstance(plan.signal, Channel):
         time, values = TurningPoints().after(plan.signal.time, plan.signal.values).closed()
         yield LoadHistory(time, values, float(plan.signal.time[-1]))
@@ -199,8 +202,11 @@ def run(plan: Plan, work: Work) -> Iterator[LoadHistory]:
 
 @dataclass(frozen=True, eq=False)
 class CountedLoad:
-    """cycles: all that were counted. rows: one for each range or class of them, row (m,): to which each belongs. class_width:
-    of these, None where each range stands for itself. levels, crossings (k,): of level crossings."""
+    """A counted load.
+
+    cycles: all counted ones. rows: one for each range or class of ranges; row (m,): that of each cycle. class_width:
+    of the rows, None where each range has one. levels, crossings (k,): of level crossings.
+    """
 
     cycles: Cycles
     rows: Cycles
@@ -211,7 +217,7 @@ class CountedLoad:
 
 
 def counted(plan: Plan, values: np.ndarray, levels: np.ndarray | None = None) -> CountedLoad:
-    """The load of turning points (m,). levels (k,): those of a larger part, so that both can be compared."""
+    """Count the load of turning points (m,). levels (k,): those of a longer signal, so that both can be compared."""
     method, residue = plan.spec.counting, plan.spec.residue
     if method in ("rainflow", "range-pair"):
         count = rainflow if method == "rainflow" else range_pairs
@@ -240,7 +246,7 @@ def _in_rows(cycles: Cycles, width: float | None) -> CountedLoad:
 
 
 def _levels(values: np.ndarray, width: float | None, reference: float | None) -> np.ndarray:
-    """Evenly spaced levels (k,): at multiples of a width from the reference on, or in the middle of a hundred classes."""
+    """Return evenly spaced levels (k,): at multiples of a width from the reference, or in the middle of a hundred classes."""
     low, high = float(values.min()), float(values.max())
     if width is None:
         step = (high - low) / _CLASSES

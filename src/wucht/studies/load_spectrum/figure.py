@@ -15,11 +15,11 @@ from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
 _BARS, _BELOW = 40, 2
-_KNEE = 10.0  # times the cycles at the knee: so far the Woehler line is drawn at most
+_KNEE = 10.0  # times the cycles at the knee: the Woehler line is drawn up to there
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Up to four panels from a load spectrum's Dataset alone."""
+    """Draw up to four panels from a load spectrum's Dataset alone."""
     cycles = bool(len(result["range"]))
     panels = [_cumulative] if cycles else []
     panels += [_matrix] if result["matrix"].values.any() else []
@@ -35,11 +35,11 @@ def _crossings(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _cumulative(axis: Axes, result: xr.Dataset) -> None:
-    """Amplitude over cumulative cycles, 002 figure 6.6."""
+    """Draw the amplitude over cumulative cycles, 002 figure 6.6."""
     scale, unit = printed_unit(result, "range")
     axis.set(title="cumulative spectrum", xlabel="cumulative cycles", ylabel=with_unit("amplitude", unit))
     amplitudes = scale * result["range"].values[::-1] / 2
-    # A stair: so many cycles have at least this amplitude. It begins at the smallest number that can be.
+    # Steps: the number of cycles of at least this amplitude. They begin at the smallest possible number.
     least = min(0.5, float(result["cumulative"][-1]) / 2)
     for k, (name, of) in enumerate({"counted": "cumulative", "twice the first half": "half_cumulative"}.items()):
         counts = np.maximum(np.append(least, result[of].values[::-1]), least)
@@ -52,7 +52,7 @@ def _cumulative(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> None:
-    """The Woehler line as far as it is near the spectrum."""
+    """Draw the Woehler line near the spectrum."""
     k, nd, sd, k2 = (float(result[f"woehler_{key}"]) for key in ("k", "ND", "SD", "k2"))
     amplitudes = np.linspace(0.0, 1.25 * max(largest, scale * sd), 400)[1:] / (scale * sd)
     with np.errstate(over="ignore"):
@@ -62,7 +62,7 @@ def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> No
 
 
 def _matrix(axis: Axes, result: xr.Dataset) -> None:
-    """Cycles by range and mean, logarithmic; where there are none the paper."""
+    """Draw cycles by range and mean, logarithmic; blank where there are none."""
     (scale, unit), counts = printed_unit(result, "range"), result["matrix"].values
     axis.set(title="range-mean matrix", xlabel=with_unit("mean", unit), ylabel=with_unit("range", unit))
     inside = counts[counts > 0]
@@ -76,7 +76,7 @@ def _matrix(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _course(axis: Axes, result: xr.Dataset) -> None:
-    """Between which values the signal went."""
+    """Draw the envelope of the signal over time."""
     (scale, unit), time = printed_unit(result, "range"), result["course_time"].values
     axis.set(title="course of the signal", xlabel=abscissa_label(result, "course_time", "time"))
     axis.set_ylabel(with_unit("signal", unit))
@@ -84,13 +84,13 @@ def _course(axis: Axes, result: xr.Dataset) -> None:
     if np.array_equal(low, high):
         draw_swings(axis, time, high, color=COLOURS[0], linewidth=0.6, label="turning points")
     else:
-        axis.fill_between(time, low, high, color=COLOURS[4], linewidth=0.6, label="between its extremes")
+        axis.fill_between(time, low, high, color=COLOURS[4], linewidth=0.6, label="range of the signal")
     if np.isfinite(float(result["counted_from"])):
-        axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="counted from here on")
+        axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="start of counting")
 
 
 def _bars(axis: Axes, result: xr.Dataset) -> None:
-    """Which amplitudes do the damage; without a Woehler line, how often each happened."""
+    """Draw the share of each amplitude in the damage; without a Woehler line, its cycles."""
     scale, unit = printed_unit(result, "range")
     damage = "damage" in result and float(result["damage"].sum()) > 0
     shares = (result["damage"] / result["damage"].sum() if damage else result["count"]).values

@@ -58,21 +58,21 @@ class LoadSpectrum(SingleRun):
     direction: Literal["x", "y", "r"] | None = Field(
         None, description="direction of the signal, by default the first that the machine has"
     )
-    after: float | None = si("s", "time from which on is counted", default=None, ge=0, help=(
-        "time from which on is counted, so that the run-up itself can be left out"
+    after: float | None = si("s", "time from which counting starts", default=None, ge=0, help=(
+        "time from which counting starts, so that the run-up itself can be left out"
     ))  # fmt: skip
     counting: Literal["rainflow", "range-pair", "level-crossing", "peaks"] = Field(
         "rainflow", description='counting method: `"rainflow"`, `"range-pair"`, `"level-crossing"` or `"peaks"` (ASTM E1049)'
     )
     residue: Residue = Field("half-cycles", description=(
-        'what becomes of ranges that close no cycle: `"half-cycles"`, `"repeat"` (the history comes again and again) or '
+        'treatment of ranges that close no cycle: `"half-cycles"`, `"repeat"` (the history is repeated) or '
         '`"drop"`'
     ))  # fmt: skip
     reference: Value | None = Field(None, title="reference of level crossings and peaks", description=(
         "reference of level crossings and peaks; without one all rising crossings and all peaks count"
     ))  # fmt: skip
     class_width: Value | None = Field(None, title="width of the classes", description=(
-        "width of the classes of range and level; by default each range stands for itself, as far as they are few"
+        "width of the classes of range and level; by default there are no classes as long as the different ranges are few"
     ))  # fmt: skip
     woehler: Annotated[Woehler | None, woehler_at("study.woehler")] = Field(
         None, description="Woehler line for the damage, a table"
@@ -80,23 +80,23 @@ class LoadSpectrum(SingleRun):
 
     @property
     def record(self) -> Record | None:
-        """The record, None of a machine's run-up."""
+        """Return the record, None for a machine's run-up."""
         return self.signal if isinstance(self.signal, Record) else None
 
     def check(self) -> None:
-        """The keys of a run-up only with one, and each key only where it says something."""
+        """Check that keys of a run-up come only with one, and other keys only where they apply."""
         if self.record is not None:
             for key in (*SingleRun.model_fields, "direction"):
                 if key in self.model_fields_set:
-                    raise InputError(f"study.{key}", getattr(self, key), "allowed only of a machine's run-up, not of a record")
+                    raise InputError(f"study.{key}", getattr(self, key), "only allowed for a machine's run-up, not a record")
         if self.model == "both":
-            raise InputError("study.model", self.model, "must be 'full' or 'slow': a spectrum is counted of one motion")
+            raise InputError("study.model", self.model, "must be 'full' or 'slow': a spectrum belongs to one motion")
         if self.after is not None and self.until is not None and self.after >= self.until:
             raise InputError("study.after", self.after, f"must be less than study.until, {self.until:g}")
         if self.reference is not None and self.counting in ("rainflow", "range-pair"):
             raise InputError("study.reference", self.reference, "allowed only with counting = 'level-crossing' or 'peaks'")
         if self.counting in ("level-crossing", "peaks") and self.residue == "drop":
-            raise InputError("study.residue", self.residue, "must be 'half-cycles' or 'repeat': here is no residue to drop")
+            raise InputError("study.residue", self.residue, "must be 'half-cycles' or 'repeat': there is no residue to drop")
         if self.woehler is not None:
             self.woehler.check("study.woehler")
         super().check()

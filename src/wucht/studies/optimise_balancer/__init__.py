@@ -1,1 +1,1 @@
-"""The study ``optimise-balancer``: number, mass, place and damping of the balancing bodies that serve a machine best."""
+"""The study ``optimise-balancer``: the best number, mass, place and damping of the balancing bodies of a machine."""

@@ -34,18 +34,21 @@ from wucht.studies.optimise_balancer.spec import OBJECTIVES, Objective, Optimise
 from wucht.system import TIME
 
 _CURVE = 25  # dampings
-_DECADES = 1.5  # on either side of the machine's own damping, where the question does not vary it
+_DECADES = 1.5  # on either side of the machine's damping, where the question does not vary it
 _SLOW_PEAK = (
-    "the peaks of the search are those of averaged equations: as if the vibration followed the speed at once, which is too "
-    "high where a resonance is passed fast; those of the full equations are in the check"
+    "the peaks of the search are those of averaged equations, in which the vibration follows the speed at once: they are too "
+    "high where a resonance is passed fast; the check has those of the full equations"
 )
 
 
 @dataclass(frozen=True)
 class Plan:
-    """objectives: that are asked. trials: by the number of bodies; ``as_it_is``: of the machine as it was given. numbers: its
-    own values of the variables (k,). generations: of each number of bodies. curve: trials of the damping alone, and the
-    dampings. way: how runs are integrated, in words; one_by_one: whether each by itself."""
+    """The plan of a search for the best balancer.
+
+    objectives: the requested ones. trials: by the number of bodies; ``as_it_is``: of the machine as given. numbers: its
+    values of the variables (k,). generations: of each number of bodies. curve: trials of the damping alone, and the
+    dampings. way: the integration of the runs, as a phrase; one_by_one: True if each run is integrated separately.
+    """
 
     spec: OptimiseBalancer
     machine: Machine
@@ -61,30 +64,30 @@ class Plan:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the machine as it was given."""
+        """Return the variables of the machine as given."""
         return self.as_it_is.variables
 
     @property
     def asked(self) -> list[int]:
-        """The columns of the objectives that count."""
+        """Return the columns of the requested objectives."""
         return [k for k, o in enumerate(OBJECTIVES) if o in self.objectives]
 
     @property
     def runs(self) -> int:
-        """How many there will be at most: of the machine as it is, the curve, the search, and the points of the front."""
+        """Return the largest number of runs: of the machine as it is, the curve, the search, and the points of the front."""
         curve = 0 if self.curve is None else len(self.curve[1])
         searched = len(self.trials) * self.generations * self.spec.population
         return self.spec.samples * (2 + curve + searched + min(self.spec.points, searched))
 
 
 def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    """Return the plan. Raises ``InputError`` where the question does not fit the machine."""
     needed(spec.kind)
     if not any(isinstance(p, Body) for p in machine.parts):
-        raise InputError("machine.model", None, "not allowed: needed are bodies, [[machine.bodies]], whose numbers are varied")
+        raise InputError("machine.model", None, "not allowed: bodies, [[machine.bodies]], are needed, whose numbers are varied")
     own = balancing(machine)
     if not own:
-        raise InputError("machine.bodies", None, f"needed are balancing bodies about {machine.rotor.name!r}")
+        raise InputError("machine.bodies", None, f"there are no balancing bodies about {machine.rotor.name!r}")
     path, factor = _unbalance(machine)
     given = spec.unbalance or (machine.values[path] / factor,) * 2
     if not given[0] > 0:
@@ -100,7 +103,7 @@ def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
             raise InputError(f"study.vary.{path}", None, "not allowed: the unbalance is given by study.unbalance")
         if any(p == f"{machine.rotor.name}.mass" for v in variables for p in v.paths) and factor != 1.0:
             raise InputError(
-                "study.vary", f"{machine.rotor.name}.mass", "allowed only where the rotor's unbalance is given itself"
+                "study.vary", f"{machine.rotor.name}.mass", "allowed only where the rotor's unbalance itself is given"
             )
         return Trials(settings, of, variables, path, (given[0] * factor, given[1] * factor), inertia)
 
@@ -125,7 +128,7 @@ def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
 
 
 def _objectives(spec: OptimiseBalancer, machine: Machine) -> tuple[Objective, ...]:
-    """What is to be small. Raises ``InputError`` for the peak of a rotor that does not pass its resonance on the way."""
+    """Return the objectives. Raises ``InputError`` for the peak of a rotor that does not pass its resonance."""
     given = machine.rotor.coordinate.prescribed
     held = given is not None and TIME not in given.free_symbols and not machine.schedules
     if held and "peak" in (spec.objectives or ()):
@@ -135,7 +138,7 @@ def _objectives(spec: OptimiseBalancer, machine: Machine) -> tuple[Objective, ..
 
 
 def _check_start(spec: OptimiseBalancer, machine: Machine) -> None:
-    """Raises ``InputError`` where phases of balancing bodies are given, which are random."""
+    """Refuse a start with phases of balancing bodies, which are random. Raises ``InputError``."""
     for name, given in spec.start.items():
         speed_alone = isinstance(given, Mapping) and "angle" not in given
         if name in ("psi", "delta") or (name in balancing(machine) and not speed_alone):
@@ -143,17 +146,17 @@ def _check_start(spec: OptimiseBalancer, machine: Machine) -> None:
 
 
 def _unbalance(machine: Machine) -> tuple[str, float]:
-    """The path of the rotor's unbalance, and what it is for 1 kg m. Raises ``InputError``."""
+    """Return the path of the rotor's unbalance, and its value for 1 kg m. Raises ``InputError``."""
     name, values = machine.rotor.name, machine.values
     if f"{name}.unbalance" in values:
         return f"{name}.unbalance", 1.0
     if f"{name}.eccentricity" in values:
         return f"{name}.eccentricity", 1 / values[f"{name}.mass"]
-    raise InputError("machine.bodies", name, "needed is a main rotor with an unbalance or an eccentricity")
+    raise InputError("machine.bodies", name, "a main rotor with an unbalance or an eccentricity is required")
 
 
 def _check_ends(trials: Trials) -> None:
-    """Raises ``InputError`` for an end of a range that the parts do not allow, the rest being as it is."""
+    """Refuse an end of a range that the parts do not allow, all else unchanged. Raises ``InputError``."""
     for v in trials.variables:
         for end in (v.low, v.high):
             alone = replace(trials, variables=(v,))
@@ -164,7 +167,7 @@ def _check_ends(trials: Trials) -> None:
 
 
 def _curve(trials: Trials) -> tuple[Trials, np.ndarray] | None:
-    """Trials with the damping of all bodies as the only variable, and the dampings (N,)."""
+    """Return trials with the damping of all bodies as the only variable, and the dampings (N,)."""
     machine, names = trials.machine, balancing(trials.machine)
     if any(f"{b}.damping" not in machine.values for b in names):
         return None
@@ -186,8 +189,8 @@ _OWN, _DAMPING, _SEARCH = 0.05, 0.15, 0.7  # shares of the work after each
 
 @dataclass(frozen=True)
 class Checked:
-    """A candidate in the full equations. residual: of the stable state that leaves least, at the worse end of the unbalances,
-    nan: none was found, or it cannot be asked, which ``why`` says."""
+    """A candidate in the full equations. residual: the least of a stable state, at the worse end of the unbalances,
+    nan: there is none, or it cannot be computed, for the ``reason``."""
 
     seen: Evaluated
     residual: float
@@ -204,7 +207,7 @@ class Own:
 
 @dataclass(frozen=True)
 class Point:
-    """A point of the front: number of bodies, and the candidate as the search has it."""
+    """A point of the front: number of bodies, and the candidate as evaluated by the search."""
 
     bodies: int
     seen: Evaluated
@@ -212,13 +215,16 @@ class Point:
 
     @property
     def numbers(self) -> np.ndarray:
-        """The values of the variables (k,)."""
+        """Return the values of the variables (k,)."""
         return np.asarray(self.seen.numbers[0])
 
 
 @dataclass(frozen=True)
 class Findings:
-    """tried: generations with their number of bodies. front: empty until the search is finished."""
+    """The findings of a search.
+
+    evaluated_generations: with their number of bodies. front: empty until the search is finished.
+    """
 
     own: Own
     curve: DampingCurve | None = None
@@ -228,7 +234,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """What is found, after each generation and each point of the front."""
+    """Yield the findings after each generation and each point of the front."""
     findings = Findings(_own(plan, work.part("as it is", 0.0, _OWN)))
     yield findings
     if plan.curve is not None:
@@ -254,7 +260,7 @@ def _own(plan: Plan, work: Work) -> Own:
     # Bodies that are not equal stay as they are: nothing is varied.
     as_it_is, none, what = replace(plan.as_it_is, variables=()), np.zeros(0), "the machine as it is"
     if plan.one_by_one:
-        what = f"{plan.runs} run-ups at most, one by one, which takes long"
+        what = f"{plan.runs} run-ups at most, integrated one by one, which takes long"
     seen = tried(as_it_is, plan.spec.model, none[None], work.part("", 0.0, 0.5), what)
     ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(checked, as_it_is, none)}, what)
     return Own(seen, check)
@@ -266,7 +272,7 @@ def _followed_curve(plan: Plan, trials: Trials, dampings: np.ndarray, work: Work
 
 
 def checked(trials: Trials, numbers: np.ndarray, report: Report) -> Checked:
-    """A candidate (k,) in the full equations, from other phases: the search has chosen what suits its own."""
+    """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
     seen = evaluated(replace(trials, others=True), "full", numbers[None], part_of(report, 0.0, _RUNS))
     residuals, machine = list[float](), trials.of(numbers.tolist())
     for end in dict.fromkeys(trials.ends):
@@ -279,7 +285,7 @@ def checked(trials: Trials, numbers: np.ndarray, report: Report) -> Checked:
 
 
 def _searched(plan: Plan, own: Own, work: Work) -> Iterator[tuple[tuple[int, Evaluated], ...]]:
-    """The generations so far, of one number of bodies after the other."""
+    """Yield the generations so far, of one number of bodies after the other."""
     found: tuple[tuple[int, Evaluated], ...] = ()
     for place, (count, trials) in enumerate(plan.trials.items()):
         part = work.part(f"{count} bodies", place / len(plan.trials), (place + 1) / len(plan.trials))
@@ -301,7 +307,7 @@ def _searched(plan: Plan, own: Own, work: Work) -> Iterator[tuple[tuple[int, Eva
 
 
 def _first(plan: Plan, count: int, trials: Trials) -> np.ndarray:
-    """The first generation (P, k): scrambled Sobol' points, and the machine as it is, where it lies in the ranges."""
+    """Return the first generation (P, k): scrambled Sobol' points, and the machine as it is, where it lies in the ranges."""
     from scipy.stats import qmc
 
     size = plan.spec.population
@@ -314,8 +320,8 @@ def _first(plan: Plan, count: int, trials: Trials) -> np.ndarray:
 
 
 def allowed(plan: Plan, seen: Evaluated, own: Own) -> np.ndarray:
-    """Which candidates (P,) count: where capture is no objective, none may be captured more often than the machine as it is,
-    neither for certain nor with the runs that have no verdict."""
+    """True for eligible candidates (P,): where capture is no objective, they are not captured more often than the machine is,
+    neither for certain nor with the runs without a verdict."""
     if CAPTURE in plan.asked:
         return seen.allowed
     more = (seen.captured > own.seen.captured[0]) | (seen.objectives[:, CAPTURE] > own.seen.objectives[0, CAPTURE])
@@ -323,7 +329,7 @@ def allowed(plan: Plan, seen: Evaluated, own: Own) -> np.ndarray:
 
 
 def front_of(plan: Plan, findings: Findings) -> tuple[tuple[Point, ...], int]:
-    """The front of all candidates that were tried, spread out to as many points as are checked; and how many it has."""
+    """Return the front of all candidates, thinned evenly to the points to be checked, and its number of points."""
     points = [
         Point(count, seen.taken(int(i)))
         for count, seen in findings.tried
@@ -332,7 +338,7 @@ def front_of(plan: Plan, findings: Findings) -> tuple[tuple[Point, ...], int]:
     if not points:
         return (), 0
     objectives = np.array([p.seen.objectives[0, plan.asked] for p in points])
-    _, once = np.unique(objectives, axis=0, return_index=True)  # of those that are the same in all, the first
+    _, once = np.unique(objectives, axis=0, return_index=True)  # the first of those with equal objectives
     best = np.sort(once)[not_dominated(objectives[np.sort(once)])]
     chosen = best[spread_out(objectives[best], plan.spec.points)]
     order = sorted(chosen.tolist(), key=lambda k: tuple(objectives[k]))

@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a search: the front, what the full equations say of it, all that was tried, the damping curve."""
+"""Findings -> the Dataset of a search: the front and its check by the full equations, all candidates, the damping curve."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from wucht.studies.optimise_balancer.spec import OBJECTIVES
 if TYPE_CHECKING:
     import xarray as xr
 
-_FAR = 0.1  # relative: times that differ by more are warned of, if chance does not explain it
+_FAR = 0.1  # relative: times that differ by more cause a warning, if chance does not explain it
 _PEAK = 0.2  # likewise; the largest of few
 _RESIDUAL = 0.01  # of the greatest unbalance
 _UNDECIDED = "share of runs without a verdict"
@@ -35,7 +35,7 @@ _CHANCE = 2.6  # standard deviations: a hundredth of what chance does
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a search."""
+    """Return the Dataset of a search."""
     front = findings.front
     checked = np.array([_numbers(p.checked) for p in front]).reshape(len(front), len(OBJECTIVES))
     holds = _holds(plan, checked)
@@ -50,7 +50,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 
 def _of_front(plan: Plan, findings: Findings, checked: np.ndarray, holds: np.ndarray) -> list[Quantity]:
-    """The front by the search and by the check; of runs without a verdict a share that does not get through may be less."""
+    """Return the front by the search and by the check; runs without a verdict may lower the capture probability."""
     front, width, words = findings.front, len(plan.variables), _in_words(plan)
     search, check = [p.seen for p in front], [None if p.checked is None else p.checked.seen for p in front]
     values, bodies = _of(search, "numbers", width), np.array([p.bodies for p in front], int)
@@ -60,7 +60,7 @@ def _of_front(plan: Plan, findings: Findings, checked: np.ndarray, holds: np.nda
         _candidate(plan, p.bodies, p.numbers, p.seen, p.checked) | {"holds": None if p.checked is None else bool(h)}
         for p, h in zip(front, holds, strict=True)
     ]
-    parts = _PARTS | {"holds": ("whether no other checked point is better", "")}
+    parts = _PARTS | {"holds": ("whether no other checked point dominates it", "")}
     return [
         Quantity("front", rows, "points of the front", parts=parts),
         Quantity("found", findings.found, "number of points of the front"),
@@ -77,12 +77,12 @@ def _of_front(plan: Plan, findings: Findings, checked: np.ndarray, holds: np.nda
 
 
 def _of_tried(plan: Plan, findings: Findings) -> list[Quantity]:
-    """All candidates that were tried."""
+    """Return all evaluated candidates."""
     generations, dimensions = [g for _, g in findings.tried], "candidate objective"
     bodies = np.array([n for n, g in findings.tried for _ in g.numbers], int)
     values, objectives = _of(generations, "numbers", len(plan.variables)), _of(generations, "objectives", len(OBJECTIVES))
     return [
-        Quantity("candidates", len(bodies), "number of candidates that were tried"),
+        Quantity("candidates", len(bodies), "number of evaluated candidates"),
         Quantity("tried_value", values, "values, in SI", "", "candidate variable"),
         Quantity("tried_bodies", bodies, "number of bodies", "", "candidate"),
         Quantity("tried_objective", objectives, _in_words(plan), "", dimensions),
@@ -91,7 +91,7 @@ def _of_tried(plan: Plan, findings: Findings) -> list[Quantity]:
 
 
 def _of_machine(plan: Plan, findings: Findings) -> list[Quantity]:
-    """The machine as it is."""
+    """Return the machine as it is."""
     own, words = findings.own, f"machine as it is, by the {{}}: {_in_words(plan)}"
     as_it_is = _candidate(plan, len(plan.machine.group(plan.machine.rotor)) - 1, plan.numbers, own.seen, own.checked)
     return [
@@ -102,19 +102,19 @@ def _of_machine(plan: Plan, findings: Findings) -> list[Quantity]:
 
 
 def _of_question(plan: Plan) -> list[Quantity]:
-    """What is varied, what is sought, and by which runs."""
+    """Return the variables, the objectives, and the runs of the search."""
     variables = {v.name: {"paths": list(v.paths), "range": [v.low, v.high], "unit": v.unit} for v in plan.variables}
     unbalance = [end / plan.as_it_is.ends[0] * _unbalance(plan)[0] for end in plan.as_it_is.ends]
     units = {v.name: (v.name, v.unit) for v in plan.variables}
     return [
         Quantity("objective", np.array(OBJECTIVES, str), "objective", "", "objective"),
-        Quantity("variable", np.array([v.name for v in plan.variables], str), "what is varied", "", "variable"),
+        Quantity("variable", np.array([v.name for v in plan.variables], str), "variable", "", "variable"),
         Quantity("outcome", np.array(OUTCOMES, str), "outcome", "", "outcome"),
         Quantity("objectives", list(plan.objectives), "objectives of the search"),
         Quantity("units", _units(plan), "units of the objectives"),
         Quantity("model", plan.spec.model, "equations of the search"),
-        Quantity("variables", variables, "what is varied, with its range", parts=units),
-        Quantity("numbers_of_bodies", list(plan.trials), "numbers of bodies that are tried"),
+        Quantity("variables", variables, "variables, with their ranges", parts=units),
+        Quantity("numbers_of_bodies", list(plan.trials), "numbers of bodies in the search"),
         Quantity("unbalance", unbalance, "least and greatest unbalance of the rotor", "kg m"),
         Quantity("samples", plan.spec.samples, "number of runs of a candidate"),
         Quantity("runs", plan.runs, "number of runs in all"),
@@ -123,7 +123,7 @@ def _of_question(plan: Plan) -> list[Quantity]:
 
 
 def _of_damping(plan: Plan, curve: DampingCurve | None) -> list[Quantity]:
-    """The damping curve, and its optimum."""
+    """Return the damping curve, and its optimum."""
     if curve is None or plan.curve is None:
         return [Quantity("damping", None, "best damping of the bodies")]
     unit, time, ends = plan.curve[0].variables[0].unit, plan.machine.units.time, [float(curve.damping[k]) for k in (0, -1)]
@@ -132,14 +132,14 @@ def _of_damping(plan: Plan, curve: DampingCurve | None) -> list[Quantity]:
     best = {"optimum": optimum, "of_rates": of_rates, "as_many": alike, "range": ends, "unit": unit}
     parts = {
         "optimum": ("damping of the shortest settling time", unit), "of_rates": ("damping of the greatest rate of decay", unit),
-        "as_many": ("whether as many runs get through with each damping", ""),
+        "as_many": ("whether the share of captured runs is the same with each damping", ""),
         "range": ("least and greatest damping", unit), "unit": ("unit of the damping", ""),
     }  # fmt: skip
     return [
         Quantity("damping", best, "best damping of the bodies", parts=parts),
         Quantity("damping", curve.damping, "damping of the bodies", unit, "damping"),
-        Quantity("settling_time", curve.settling_time, "settling time, of half of the runs", time, "damping"),
-        Quantity("through", curve.through, "share of the runs that get through", "", "damping"),
+        Quantity("settling_time", curve.settling_time, "median settling time", time, "damping"),
+        Quantity("through", curve.through, "share of the runs that pass", "", "damping"),
         Quantity("decay_rate", curve.rate, "slowest rate of decay, linearised", f"1/{time}", "damping"),
     ]
 
@@ -153,14 +153,14 @@ def _units(plan: Plan) -> dict[str, str]:
 
 
 def _of(several: Sequence[Evaluated | None], name: str, width: int | None = None) -> np.ndarray:
-    """What candidates have (P,), or (P, width); nan for one that is None."""
+    """Stack an attribute of candidates, (P,) or (P, width); nan for one that is None."""
     none = np.full(1 if width is None else (1, width), np.nan)
     parts = [none if one is None else getattr(one, name) for one in several]
     return np.concatenate(parts) if parts else none[:0]
 
 
 def _numbers(checked: Checked | None) -> np.ndarray:
-    """The objectives (4,) by the check; the residual of the state that stands there."""
+    """Return the objectives (4,) by the check, with the residual of the stable state."""
     if checked is None:
         return np.full(len(OBJECTIVES), np.nan)
     numbers = checked.seen.objectives[0].copy()
@@ -169,7 +169,7 @@ def _numbers(checked: Checked | None) -> np.ndarray:
 
 
 def _holds(plan: Plan, checked: np.ndarray) -> np.ndarray:
-    """Which points (N,) are still on the front of those that are checked."""
+    """True for points (N,) that remain on the front of the checked ones."""
     asked = checked[:, plan.asked]
     known = np.isfinite(asked).all(axis=1)
     holds = np.zeros(len(checked), bool)
@@ -182,7 +182,7 @@ def _named(numbers: np.ndarray) -> dict[str, float | None]:
 
 
 def _candidate(plan: Plan, bodies: int, numbers: np.ndarray, seen: Evaluated, checked: Checked | None) -> dict[str, Any]:
-    """A candidate with its objectives by the search and by the check, and the shares of runs without a verdict."""
+    """Return a candidate with its objectives by the search and by the check, and the shares of runs without a verdict."""
     return {
         "bodies": bodies,
         "parameters": {v.name: float(x) for v, x in zip(plan.variables, numbers, strict=True)},
@@ -194,7 +194,7 @@ def _candidate(plan: Plan, bodies: int, numbers: np.ndarray, seen: Evaluated, ch
 
 
 def _unbalance(plan: Plan) -> tuple[float, float]:
-    """The ends of the rotor's unbalance, in kg m."""
+    """Return the ends of the rotor's unbalance, in kg m."""
     if plan.spec.unbalance is not None:
         return plan.spec.unbalance
     values, name = plan.machine.values, plan.machine.rotor.name
@@ -205,24 +205,24 @@ def _unbalance(plan: Plan) -> tuple[float, float]:
 def _sentence(findings: Findings, holds: np.ndarray) -> str:
     candidates = sum(len(g.numbers) for _, g in findings.tried)
     if not findings.front:
-        return "no front is known yet" if not candidates else "no candidate has all objectives"
+        return "there is no front yet" if not candidates else "no candidate has all objectives"
     held = [bool(h) for p, h in zip(findings.front, holds, strict=True) if p.checked is not None]
     points = "1 point" if findings.found == 1 else f"{findings.found} points"
     named = f"a front of {points} from {candidates} candidates"
-    return f"{named}; {sum(held)} of {len(held)} checked ones are on it by the check too"
+    return f"{named}; {sum(held)} of {len(held)} checked points are confirmed"
 
 
 def _warnings(plan: Plan, findings: Findings, checked: np.ndarray) -> list[str]:
     warnings = [*plan.warnings, *_apart(plan, findings, checked)]
     if why := next((p.checked.why for p in findings.front if p.checked is not None and p.checked.why), ""):
-        warnings.append(f"what the bodies leave is not checked with the full equations: {why}")
+        warnings.append(f"the residual unbalance is not checked with the full equations: {why}")
     warnings += _undecided(plan, findings)
     if findings.front and len(findings.front) < findings.found:
-        warnings.append(f"{len(findings.front)} points, spread over the front, stand for its {findings.found}")
+        warnings.append(f"{len(findings.front)} points, spread over the front, represent its {findings.found}")
     done, whole = sum(len(g.numbers) for _, g in findings.tried), len(plan.trials) * plan.generations * plan.spec.population
     if not findings.front and done and done >= whole:
         warnings.append(
-            "no candidate has all objectives: none of its runs gets through, or the parts do not allow it; try other ranges"
+            "no candidate has all objectives: all its runs are captured, or the parts do not allow it; try other ranges"
         )
     return warnings
 
@@ -231,15 +231,15 @@ def _undecided(plan: Plan, findings: Findings) -> list[str]:
     shares = _of([findings.own.seen, *(g for _, g in findings.tried)], "undecided")
     if not shares.any():
         return []
-    what = "the settling time is at least, the share that does not get through at most what is told"
-    longer = "; a longer study.until may tell" if plan.spec.until is not None else "; a smaller study.tolerance may tell"
+    what = "the stated settling time is a lower bound, the capture probability an upper one"
+    longer = "; a longer study.until may decide" if plan.spec.until is not None else "; a smaller study.tolerance may decide"
     count = int((shares > 0).sum())
     which = "1 candidate has" if count == 1 else f"{count} candidates have"
     return [f"{which} runs without a verdict, up to {percent(shares.max())}: {what}{longer}"]
 
 
 def _apart(plan: Plan, findings: Findings, checked: np.ndarray) -> list[str]:
-    """In what, and at how many points, the check differs from the search by more than chance."""
+    """Return warnings on objectives in which the check differs from the search by more than chance."""
     points = [(k, p.seen, p.checked.seen) for k, p in enumerate(findings.front) if p.checked is not None and not p.checked.why]
     told = []
     for column in plan.asked:
@@ -259,7 +259,7 @@ def _apart(plan: Plan, findings: Findings, checked: np.ndarray) -> list[str]:
 
 
 def _allowed(plan: Plan, search: Evaluated, check: Evaluated) -> np.ndarray:
-    """By how much the objectives (4,) of a candidate may differ, from one draw of phases to another."""
+    """Return the difference of the objectives (4,) of a candidate that chance explains between two draws of phases."""
     count, share = plan.spec.samples, (search.objectives[0, CAPTURE] + check.objectives[0, CAPTURE]) / 2
     allowed = np.empty(len(OBJECTIVES))
     allowed[SETTLING] = _FAR * search.objectives[0, SETTLING] + _CHANCE * np.hypot(search.error[0], check.error[0])

@@ -1,4 +1,4 @@
-"""The figure of a search: the front over each two objectives, the machine as it is, all that was tried; the damping curve."""
+"""The figure of a search: the front in each pair of objectives, the machine as it is, all candidates; the damping curve."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from wucht.results.formatting import bodies_in_words, with_unit
 
 _MARKS = "os^Dv<>ph*"
 _NAMES = {
-    "settling-time": "settling time of half of the runs", "residual": "unbalance left", "peak": "peak amplitude",
-    "capture-probability": "do not get through",
+    "settling-time": "median settling time", "residual": "residual unbalance", "peak": "peak amplitude",
+    "capture-probability": "capture probability",
 }  # fmt: skip
 _PRINTED = {"kg m": (1e6, "g mm"), "m": (1e3, "mm"), "": (100.0, "%")}
 _OWN: dict[str, Any] = {
@@ -37,7 +37,7 @@ _DECAYED = math.log(100)  # a deviation has decayed to 1 %
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """From the Dataset alone: panels of two objectives each that differ at all, and the damping curve."""
+    """Draw, from the Dataset alone, a panel for each pair of objectives that vary, and the damping curve."""
     s = result.wucht.summary
     objectives = [str(o) for o in result.objective.values]
     shown = [o for o in s["objectives"] if _differs(result, objectives.index(o))] or s["objectives"][:1]
@@ -54,7 +54,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _differs(result: xr.Dataset, k: int) -> bool:
-    """Whether an objective is not the same for all that is shown."""
+    """True if an objective varies over the drawn points."""
     own = result.own_objective.values[k : k + 1], result.own_checked.values[k : k + 1]
     values = np.concatenate([result.front_objective.values[:, k], result.front_checked.values[:, k], *own])
     values = values[np.isfinite(values)]
@@ -70,7 +70,7 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
     i, j = objectives.index(x), objectives.index(y)
     (a, x_unit), (b, y_unit) = _scale(s, x), _scale(s, y)
     tried = result.tried_objective.values
-    axis.plot(a * tried[:, i], b * tried[:, j], ".", color="#BBBBBB", markersize=3, label="tried", zorder=1)
+    axis.plot(a * tried[:, i], b * tried[:, j], ".", color="#BBBBBB", markersize=3, label="candidates", zorder=1)
     front, checked = result.front_objective.values, result.front_checked.values
     for one, full in zip(front, checked, strict=True):
         axis.plot(a * np.array([one[i], full[i]]), b * np.array([one[j], full[j]]), color=GREY, linewidth=0.5, zorder=2)
@@ -96,7 +96,7 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
 
 
 def _limits(*shown: np.ndarray) -> tuple[float | None, float | None]:
-    """Room about what counts: candidates that are far off would leave no room for the front."""
+    """Return limits around the points of interest: distant candidates would leave no room for the front."""
     values = np.concatenate(shown)
     if not np.isfinite(values).any():
         return None, None
@@ -106,14 +106,14 @@ def _limits(*shown: np.ndarray) -> tuple[float | None, float | None]:
 
 
 def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
-    """Settling times over the damping, and how long linearised equations say that a small deviation takes."""
+    """Draw settling times over the damping, and the decay time of a small deviation by the linearised equations."""
     damping, rate = result.damping.values, result.decay_rate.values
     settling, through = result.settling_time.values, result.through.values
     all_end = through >= np.nanmax(through)
     axis.plot(damping, np.where(all_end, settling, np.nan), "o-", color=COLOURS[0], markersize=3, linewidth=1.1, label="runs")
     if not all_end.all():
         look: dict[str, Any] = {"color": COLOURS[0], "fillstyle": "none", "markersize": 3, "linestyle": ""}
-        axis.plot(damping[~all_end], settling[~all_end], "o", **look, label="fewer runs get through")
+        axis.plot(damping[~all_end], settling[~all_end], "o", **look, label="more runs captured")
     with np.errstate(divide="ignore"):
         linear = np.where(rate > 0, _DECAYED / rate, np.nan)
     axis.plot(damping, linear, "--", color="black", linewidth=0.9, label="linearised, to 1 %")
@@ -129,12 +129,12 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
         if s["damping"][best] is not None:
             axis.axvline(s["damping"][best], color=colour, linewidth=0.8, linestyle=dashes, label=f"best {name}")
     axis.set_xlabel(with_unit("damping of the bodies", str(result.damping.attrs["units"])))
-    axis.set_ylabel(with_unit("settling time of half of the runs", str(result.settling_time.attrs["units"])))
+    axis.set_ylabel(with_unit("median settling time", str(result.settling_time.attrs["units"])))
     legend_above(axis)
 
 
 def _one_two_five(ticks: Axis) -> None:
-    """Labels at 1, 2 and 5 of each decade, as plain numbers."""
+    """Set labels at 1, 2 and 5 of each decade, as plain numbers."""
     ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ticks.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _SMALL else f"{value:.0e}".replace("e-0", "e-"))
     ticks.set_minor_formatter(NullFormatter())

@@ -13,7 +13,7 @@ from wucht.studies.shared_keys import EnsembleSpec, Vary
 
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
-# Bodies that compensate in a family of places drift along it with what the integration loses: at the 1e-6 of other ensembles up
+# Bodies that compensate in a family of states drift along it with the integration's error: at the 1e-6 of other ensembles up
 # to half of the runs of four balls come to no verdict, and those cost more than the tolerance.
 _TOLERANCE = 1e-10
 _MOST_BODIES = 10
@@ -28,7 +28,7 @@ def _objectives(given: Any) -> Any:
         if one not in OBJECTIVES:
             raise InputError(f"study.objectives[{i}]", one, f"unknown objective; {nearest(str(one), OBJECTIVES)}")
         if one in given[:i]:
-            raise InputError(f"study.objectives[{i}]", one, "stands there twice")
+            raise InputError(f"study.objectives[{i}]", one, "is listed twice")
     return tuple(o for o in OBJECTIVES if o in given)
 
 
@@ -44,11 +44,11 @@ Bodies = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbe
 
 
 class OptimiseBalancer(EnsembleSpec):
-    """Which number, mass, place and damping of the balancing bodies serve a machine best: a Pareto front.
+    """Optimise the number, mass, place and damping of the balancing bodies of a machine: a Pareto front.
 
-    000, section 6: between oscillation and creep there is a damping with which bodies are in place soonest.
+    000, section 6: between oscillation and creep there is a damping with which bodies settle fastest.
 
-    Candidates are judged by the equations of ``model``, by default with the bodies' inertia: without it nothing oscillates.
+    Candidates are evaluated by the equations of ``model``, by default with the bodies' inertia: without it nothing oscillates.
     """
 
     kind: ClassVar[str] = "optimise-balancer"
@@ -63,10 +63,10 @@ class OptimiseBalancer(EnsembleSpec):
         "is searched by its logarithm. A pendulum's inertia keeps its ratio to m l^2"
     )
     objectives: Objectives | None = Field(None, description=(
-        "some of `settling-time` (after which half of the runs are through and the bodies at rest about the rotor; a run "
+        "some of `settling-time` (median time until a run has passed and its bodies are at rest relative to the rotor; a run "
         "without a verdict takes at least as long as it was followed), `residual` (least unbalance that the bodies can leave, "
         "at the worse end of `unbalance`), `peak` (largest amplitude of all runs on the way to the speed), "
-        "`capture-probability` (share of the runs that do not get through, at most: those without a verdict could be among "
+        "`capture-probability` (upper bound of the share of captured runs: those without a verdict could be among "
         "them). By default all, but `peak` for a rotor whose speed is held from the beginning. Without the last one, none may "
         "be captured more often than the machine as it is"
     ))  # fmt: skip
@@ -88,7 +88,7 @@ class OptimiseBalancer(EnsembleSpec):
     ))  # fmt: skip
 
     def check(self) -> None:
-        """Numbers that can be worked off, and keys of averaged equations only with them."""
+        """Check that the numbers are feasible, and that keys of averaged equations come only with them."""
         super().check()
         for key, (low, high) in _LIMITS.items():
             if not low <= getattr(self, key) <= high:

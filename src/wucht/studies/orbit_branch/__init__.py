@@ -1,1 +1,1 @@
-"""Branches of modulated motions: periodic orbits of averaged equations, or of one's own, over a parameter."""
+"""Branches of modulated motions: periodic orbits of averaged equations, or of user equations, over a parameter."""

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_PRODUCT = 0.1  # of ln of the multipliers' product: what it may be wrong by before it is noted
-_MOST_LOST = 4  # sentences on what was not found
+_PRODUCT = 0.1  # largest error of ln of the multipliers' product without a warning
+_MOST_LOST = 4  # sentences on branches that could not be followed
 _ENDS = {
     "saddle-node-on-orbit": "a saddle-node on the orbit", "saddle-connection": "a saddle connection", "hopf": "a Hopf point",
     "range": "the end of the range", "period-limit": "the longest period", "not-identified": "an end that is not identified",
@@ -28,7 +28,7 @@ _ENDS = {
 
 
 def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
-    """The Dataset of a branch of orbits."""
+    """Return the Dataset of a branch of orbits."""
     ends = [(k, end) for k, branch in enumerate(findings.branches) for end in ends_of(branch)]
     quantities = [
         *of_orbits(plan, findings.branches), *of_reported(plan, findings), *of_ends(plan, ends), *of_steady(plan, findings),
@@ -43,7 +43,7 @@ def dataset(plan: Plan, findings: OrbitFindings) -> xr.Dataset:
 
 
 def ends_of(branch: PeriodicBranch) -> list[BranchEnd]:
-    """Of a branch, that at its first orbit before that at its last."""
+    """Return the ends of a branch, that at its first orbit before that at its last."""
     return [part.end for part in branch.parts]
 
 
@@ -103,7 +103,7 @@ def _branches(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
         stretches = _stretches(branch.joined("stable") & ~kinds, kinds)
         limits = [_limits(branch, values, i, j) for i, j in stretches]
         if len(limits) > 1 and branch.onward.end.kind == CLOSED and stretches[0][0] == 0 and stretches[-1][1] == len(values):
-            one, other = limits[0], limits.pop()  # the same stretch, on either side of the first orbit
+            one, other = limits[0], limits.pop()  # one stretch, on either side of the first orbit
             limits[0] = [min(one[0], other[0]), max(one[1], other[1])]
         listed.append({
             "begun": branch.seed.begun, "range": [float(values.min()), float(values.max())],
@@ -113,7 +113,7 @@ def _branches(plan: Plan, findings: OrbitFindings) -> list[dict[str, Any]]:
 
 
 def _limits(branch: PeriodicBranch, values: np.ndarray, begin: int, end: int) -> list[float]:
-    """Of a stretch of orbits, up to where the branch ends if its last orbit is one of them."""
+    """Return the range of a stretch of orbits, extended to the end of the branch if its last orbit is one of them."""
     inside = [*values[begin:end].tolist()]
     if end == len(values):
         inside.append(branch.onward.end.parameter)
@@ -123,7 +123,7 @@ def _limits(branch: PeriodicBranch, values: np.ndarray, begin: int, end: int) ->
 
 
 def _stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]:
-    """First and one past the last orbit of each stable stretch, with the special orbits at its ends."""
+    """Return the first and one past the last orbit of each stable stretch, with the special orbits at its ends."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (stable | special).astype(int), [0]])))
     pairs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     return [(i, j) for i, j in pairs if stable[i:j].any()]
@@ -136,7 +136,7 @@ def _of_question(plan: Plan) -> list[Quantity]:
         Quantity("along_unit", along.unit, "its unit"),
         Quantity("range", list(plan.problem.bounds), f"range of the {along.words}", along.unit),
         Quantity("inertia", problem.words.inertia, "whether the averaged equations keep that of the balancing bodies"),
-        Quantity("section", problem.embedding is not None, "whether bodies are kept together"),
+        Quantity("section", problem.embedding is not None, "whether the phases of bodies are kept equal"),
     ]
 
 
@@ -159,7 +159,7 @@ def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, Branch
         "laws": ("laws of the period", ""), "critical": value, "rate": ("rate of a connection's law", s.rate),
     }  # fmt: skip
     of_branches = {
-        "begun": ("where the branch was begun", ""), "range": value, "winding": ("turns of the angles in a period", ""),
+        "begun": ("origin of the branch", ""), "range": value, "winding": ("turns of the angles in a period", ""),
         "stable": (f"ranges of the {value[0]} in which orbits are stable", value[1]),
     }  # fmt: skip
     of_tried = {plan.along.path: value, "value": value, "found": ("result of the run", "")}
@@ -172,7 +172,7 @@ def _of_tables(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, Branch
         *table("special_points", _special(plan, findings), "special orbits", place | motion | hidden),
         *table("ends", [_end(plan, k, end) for k, end in ends], "ends of the branches", place | of_ends),
         *table("branches", _branches(plan, findings), "branches of orbits", of_branches),
-        *table("tried", tried, "runs that searched a first orbit", of_tried),
+        *table("tried", tried, "runs in search of a first orbit", of_tried),
     ]
 
 
@@ -180,9 +180,9 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
     path = plan.along.called
     if not findings.branches:
         if not findings.complete:
-            return "the study was interrupted before an orbit was found"
+            return "the study was interrupted before the first orbit"
         found = "; ".join(t.sentence for t in findings.tried)
-        return f"no modulated motion was found: {found}" + (f"; {plan.case.without}" if plan.case.without else "")
+        return f"there is no modulated motion: {found}" + (f"; {plan.case.without}" if plan.case.without else "")
     values = findings.branches[0].joined("values")
     own = sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
     low, high = min(values.min(), own[0].parameter), max(values.max(), own[-1].parameter)
@@ -200,18 +200,18 @@ def _sentence(plan: Plan, findings: OrbitFindings, ends: list[tuple[int, BranchE
 
 
 def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
-    """What is left out, doubtful, or not yet done."""
+    """Return warnings on omissions, doubts, and unfinished work."""
     lines = [*plan.problem.words.warnings, *findings.lost[:_MOST_LOST]]
     if len(findings.lost) > _MOST_LOST:
-        lines.append(f"so are {len(findings.lost) - _MOST_LOST} more")
+        lines.append(f"and {len(findings.lost) - _MOST_LOST} more")
     if plan.case.without and findings.branches and not plan.case.without.startswith("equilibria"):
         lines.append(plan.case.without)
     known = [(b.joined("product_error"), b.joined("trusted")) for b in findings.branches]
     wrong = np.concatenate([np.empty(0), *(error[trusted] for error, trusted in known)])
     if (wrong > _PRODUCT).any():
         lines.append(
-            f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are not known: the product of the multipliers is not "
-            "what the divergence of the equations demands"
+            f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are unknown: the product of the multipliers differs from "
+            "that which the divergence of the equations demands"
         )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
@@ -228,7 +228,7 @@ _MOST = 16  # orbits, and special points, named one by one
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a branch of orbits."""
+    """Return the lines that ``wucht run`` prints for a branch of orbits."""
     s = result.wucht.summary
     lines, along, unit = [result.attrs["title"], f"verdict: {s['sentence']}"], s["along"], f" {s['along_unit']}".rstrip()
     for k, branch in enumerate(s["branches"]):
@@ -249,7 +249,7 @@ def report(result: xr.Dataset) -> list[str]:
     if len(s["orbits"]) > _MOST:
         lines.append(f"  and {len(s['orbits']) - _MOST} more orbits: see the Dataset")
     if result.attrs["rotor"] and s["branches"]:
-        of = "disturbances that keep the bodies together alone" if s["section"] else "all their disturbances"
+        of = "disturbances with equal phases of the bodies only" if s["section"] else "all disturbances"
         lines.append(f"  stability    in the averaged equations, of {of}; exponents: per unit of time")
     return lines
 

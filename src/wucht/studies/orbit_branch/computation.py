@@ -19,19 +19,22 @@ from wucht.studies.spec import Value
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """along: the parameter. case: what is searched and followed."""
+    """The plan of a branch of orbits.
+
+    along: the parameter. case: the orbits to search and follow.
+    """
 
     along: Parameter
     case: OrbitCase
 
     @property
     def problem(self) -> OrbitProblem:
-        """The equations."""
+        """Return the equations."""
         return self.case.problem
 
 
 def prepare(spec: OrbitBranch, subject: Machine | OwnEquations) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
+    """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along = parameter_of(subject, spec.along, "along")
     bounds = ends_of(subject, along, spec.range)
     at = _within(subject, along, bounds, spec.at, "at")
@@ -46,7 +49,7 @@ def _within(
     given: tuple[Value, ...] | None,
     key: str,
 ) -> tuple[float, ...] | None:
-    """Values of the parameter that lie in the range."""
+    """Return values of the parameter, all in the range. Raises ``InputError``."""
     if given is None:
         return None
     values = values_of(subject, along, given, key)
@@ -57,5 +60,5 @@ def _within(
 
 
 def run(plan: Plan, work: Work) -> Iterator[OrbitFindings]:
-    """The findings after each step."""
+    """Yield the findings after each step."""
     return follow_orbits(plan.case, work)

@@ -1,4 +1,4 @@
-"""The figure of a branch of orbits, as 002 figures 5.6, 5.7 and A.3: its extremes and period, and how some orbits run."""
+"""The figure of a branch of orbits, as 002 figures 5.6, 5.7 and A.3: its extremes and period, and some orbits."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ _ENDS = {
     "hopf": ("d", "Hopf point"), "not-identified": ("$?$", "end not identified"),
 }  # fmt: skip
 _END: dict[str, Any] = {"color": "black", "linestyle": ":", "linewidth": 0.9}
-_STEADY, _DRAWN = COLOURS[6], 6  # how many orbits are drawn as they run
+_STEADY, _DRAWN = COLOURS[6], 6  # number of orbits that are drawn
 _TICKS = 5
 _PALE = 0.12
-_SHORT = 6  # characters of a parameter's path that is repeated for each orbit
+_SHORT = 6  # characters of a parameter's path: a longer one is not repeated for each orbit
 _SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the panel
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels from the Dataset of a branch of orbits alone: extremes and period over the parameter, and some orbits.
+    """Draw four panels from the Dataset of a branch of orbits alone: extremes and period over the parameter, and some orbits.
 
-    Without orbits the first one alone, with the steady states.
+    Without orbits there is the first panel alone, with the steady states.
     """
     orbits = len(result.value) > 0
     columns, height, chosen = (2, 2.1, _chosen(result)) if orbits else (1, 3.4, [])
@@ -90,7 +90,7 @@ def _abscissa(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _each(branch: np.ndarray) -> list[np.ndarray]:
-    """The points of each branch, by their numbers (N,)."""
+    """Return the points of each branch, by their numbers (N,)."""
     return [np.flatnonzero(branch == k) for k in range(int(branch.max(initial=-1)) + 1)]
 
 
@@ -99,7 +99,7 @@ def _colour(branch: int) -> str:
 
 
 def _pieces(axis: Axes, x: np.ndarray, curves: list[np.ndarray], stable: np.ndarray, colour: str) -> None:
-    """Curves along a branch, stretches that are stable and unstable in their own style."""
+    """Draw curves along a branch, with different styles for stable and unstable stretches."""
     for a, b in equal_stretches(stable):
         for y in curves:
             axis.plot(x[a : b + 1], y[a : b + 1], color=colour, **(_STABLE if stable[a] else _UNSTABLE))
@@ -111,7 +111,7 @@ def _special(axis: Axes, result: xr.Dataset, *names: str) -> None:
 
 
 def _chosen(result: xr.Dataset) -> list[int]:
-    """Which of the reported orbits are drawn: of the first branch, over its range."""
+    """Return the indices of the reported orbits to be drawn: those of the first branch, spread over its range."""
     first = np.flatnonzero((result.orbit_branch.values == 0) & (result.orbit_kind.values.astype(str) == ""))
     if len(first) <= _DRAWN:
         return [int(i) for i in first]
@@ -119,12 +119,12 @@ def _chosen(result: xr.Dataset) -> list[int]:
 
 
 def _runs(axis: Axes, result: xr.Dataset, chosen: list[int], name: str, share: bool = False) -> None:
-    """Orbits over the rotor's angle, or time, or the share of their period."""
+    """Draw orbits over the rotor's angle, or time, or the share of their period."""
     over = "orbit_turned" if result.attrs["rotor"] else "orbit_time"
     factor, unit = printed_unit(result, name)
     for i, k in enumerate(chosen):
         x, y = result[over].values[k], factor * result[name].values[k]
-        begin = int(result.orbit_speed.values[k, :-1].argmin())  # each where the speed is least
+        begin = int(result.orbit_speed.values[k, :-1].argmin())  # at the least speed
         x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
         y = np.concatenate([y[begin:-1], y[: begin + 1]])
         axis.plot(x / x[-1] if share else x, y, **line_style(i))

@@ -18,12 +18,12 @@ _ANGLE = "angle of the main rotor"
 
 
 def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """Periods in the main rotor's angle (N,); not numbers of a system."""
+    """Return periods in the main rotor's angle (N,); NaN for a system."""
     return np.asarray(periods * np.abs(mean) if plan.problem.rotor else np.full(len(periods), math.nan))
 
 
 def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
-    """All orbits of all branches."""
+    """Return all orbits of all branches."""
     s, n = plan.problem.words, len(plan.problem.system.states)
     values, periods, mean, low, high, least, largest = (
         joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
@@ -43,7 +43,7 @@ def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
         Quantity("mean_speed", mean, f"mean {s.shown}", s.unit, "point"),
         Quantity("min_amplitude", least, "least amplitude of the axis", s.length, "point"),
         Quantity("max_amplitude", largest, "largest amplitude of the axis", s.length, "point"),
-        Quantity("unstable", unstable.astype(int), "how many disturbances grow", "", "point"),
+        Quantity("unstable", unstable.astype(int), "number of growing disturbances", "", "point"),
         Quantity("stable", stable.astype(np.int8), "stable", "", "point"),
         Quantity("at_special", special.astype(np.int8), "a special point", "", "point"),
         Quantity("branch", numbers.astype(int), "branch", "", "point"),
@@ -53,7 +53,7 @@ def of_orbits(plan: Plan, branches: Sequence[PeriodicBranch]) -> list[Quantity]:
 
 
 def of_reported(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
-    """The orbits that are reported, and how they run."""
+    """Return the reported orbits, with their course over a period."""
     s, n = plan.problem.words, len(plan.problem.system.states)
     orbits = [one for _, one in findings.reported]
     exponents, rate = joined([o.exponents[:, None] for o in orbits], n - 1), s.rate
@@ -81,7 +81,7 @@ def of_reported(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
 
 
 def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]:
-    """How the branches end."""
+    """Return the ends of the branches."""
     s = plan.problem.words
     laws = [(e.saddle_node, e.connection) for _, e in ends]
     residuals = [[math.nan if law is None else law.residual for law in pair] for pair in laws]
@@ -102,7 +102,7 @@ def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> list[Quantity]
 
 
 def of_steady(plan: Plan, findings: OrbitFindings) -> list[Quantity]:
-    """The branches of steady states beside those of orbits."""
+    """Return the branches of steady states beside those of orbits."""
     s, steady = plan.problem.words, findings.steady
     seen = [] if plan.case.steady is None else [plan.case.steady.states.ordinates(b.u) for b in steady]
     return of_steady_branches("steady", "steady_", steady, seen, plan.along, (s.shown, s.unit, s.length))

@@ -18,7 +18,7 @@ def _one_or_more(given: Any) -> Any:
 
 
 class OrbitBranch(Spec):
-    """Modulated motions over a parameter: branches of periodic orbits of the averaged equations, and how they end.
+    """Modulated motions over a parameter: branches of periodic orbits of the averaged equations, and their ends.
 
     002, sections 5.2 and 6.2, figures 5.6, 5.7, A.3.
     """
@@ -33,11 +33,11 @@ class OrbitBranch(Spec):
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
     at: Annotated[Values | None, BeforeValidator(_one_or_more)] = Field(None, description=(
-        "values at which a run looks for a first orbit, from `start`; by default several, until there is one, and then the "
+        "values at which a run searches for a first orbit, from `start`; by default several, until there is one, and then the "
         "Hopf points of the steady states"
     ))  # fmt: skip
     start: Start = Field(default_factory=dict)
-    until: float | None = si("s", "time", default=None, gt=0, help="how long such a run may take")
+    until: float | None = si("s", "time", default=None, gt=0, help="longest time of such a run")
     values: Values | None = Field(None, description="values with orbits and exact exponents; by default ten along each branch")
     longest: float | None = si("s", "period", default=None, gt=0, help=(
         "period up to which a branch is followed; by default twenty times that of the first orbit"
@@ -53,13 +53,13 @@ class OrbitBranch(Spec):
 
     @property
     def settings(self) -> OrbitSettings:
-        """Which orbits are searched and followed."""
+        """Return the settings of the search for orbits and of their continuation."""
         keys = ("start", "until", "longest", "switch", "together", "show", "ranges", "inertia")
         return OrbitSettings(**{key: getattr(self, key) for key in keys})
 
     def check(self) -> None:
-        """Lists that are given have something in them."""
+        """Check that given lists are not empty."""
         for key in ("at", "values"):
             given = getattr(self, key)
             if given is not None and not given:
-                raise InputError(f"study.{key}", [], "must have one value at least")
+                raise InputError(f"study.{key}", [], "must have at least one value")

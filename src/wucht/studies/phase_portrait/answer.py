@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_GRID = 161  # points a side at which the rates of nullclines are given
+_GRID = 161  # points a side of the grid of rates for nullclines
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of phase portraits. Where there are several, each variable has them along its first dimension."""
+    """Return the Dataset of phase portraits. Of several, each variable has them along its first dimension."""
     pairs = list(zip(plan.cases, findings.portraits, strict=False))  # a portrait may be missing
     along, made = plan.spec.along, plan.cases[0].section
     answers, quantities = [_of_case(plan, *pair) for pair in pairs], _variables(plan, findings.portraits)
@@ -42,7 +42,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     if made is not None:
         quantities += [
             Quantity("model", "averaged", "equations"),
-            Quantity("inertia", made.inertia, "whether they keep that of the balancing bodies"),
+            Quantity("inertia", made.inertia, "whether they keep the inertia of the balancing bodies"),
             Quantity("order", made.order, "their order"),
         ]
     labelled = [f"{case.label}: {one}" if case.label else one for (case, _), one in zip(pairs, sentences, strict=True)]
@@ -64,7 +64,7 @@ def _of_the_only_case(q: Quantity) -> Quantity:
 def _variables(plan: Plan, found: Sequence[Found]) -> list[Quantity]:
     return [
         Quantity("state", [a.name for a in plan.axes], "state", "", "state"),
-        Quantity("state_label", [a.long_name for a in plan.axes], "state in words", "", "state", coordinate=True),
+        Quantity("state_label", [a.long_name for a in plan.axes], "name of the state", "", "state", coordinate=True),
         Quantity("state_unit", [a.unit for a in plan.axes], "unit of the state", "", "state", coordinate=True),
         Quantity("turn", plan.cases[0].plane.turns, "turn of an angle, 0 of another state", "rad", "state", coordinate=True),
         *_of_points(plan, found),
@@ -75,13 +75,13 @@ def _variables(plan: Plan, found: Sequence[Found]) -> list[Quantity]:
 
 
 def _abscissa(plan: Plan) -> int:
-    """Which state is drawn along the abscissa: the only angle, else the first."""
+    """Return the index of the state along the abscissa: the only angle, else the first state."""
     turning = plan.cases[0].plane.turns > 0
     return int(turning.argmax()) if turning.sum() == 1 else 0
 
 
 def _padded(arrays: Sequence[Sequence[np.ndarray]], inner: tuple[int, ...]) -> np.ndarray:
-    """Arrays of each case (case, item, *inner) where their last dimension is padded; of none an empty one."""
+    """Join arrays of each case, (case, item, *inner), with their last dimension padded; an empty one for none."""
     items = max((len(of_case) for of_case in arrays), default=0)
     longest = max((a.shape[-1] for of_case in arrays for a in of_case), default=0)
     shape = inner if inner and inner[-1] >= 0 else (*inner[:-1], longest)
@@ -147,17 +147,17 @@ def _of_curves(plan: Plan, found: Sequence[Found]) -> list[Quantity]:
     return [
         *of_lines,
         Quantity("separatrix_saddle", saddles, "saddle, by its number", "", "case separatrix"),
-        Quantity("separatrix_stable", stable, "whether it goes to the saddle", "", "case separatrix"),
+        Quantity("separatrix_stable", stable, "whether it leads to the saddle", "", "case separatrix"),
         Quantity("separatrix_end", ends, "its other end", "", "case separatrix"),
-        Quantity("trajectory_end", finals, "where it goes", "", "case trajectory"),
-        Quantity("trajectory_start", starts, "sample at which it was started", "", "case trajectory"),
+        Quantity("trajectory_end", finals, "its end", "", "case trajectory"),
+        Quantity("trajectory_start", starts, "sample of its start", "", "case trajectory"),
         Quantity("closed_curve_kind", kinds, "kind", "", "case closed_curve"),
         Quantity("closed_curve_period", periods, "period", plan.time, "case closed_curve"),
     ]
 
 
 def _rates(plan: Plan, cases: int) -> Quantity:
-    """The rates over the figure, at even places."""
+    """Return the rates on an even grid over the figure."""
     abscissa, axes = _abscissa(plan), [np.linspace(low, high, _GRID) for low, high in plan.drawn]
     across, up = np.meshgrid(axes[abscissa], axes[1 - abscissa])
     at = np.empty((2, _GRID * _GRID))
@@ -184,7 +184,7 @@ def _sentence(found: Found) -> str:
 
 
 def _of_case(plan: Plan, case: Case, found: Found) -> list[Quantity]:
-    """What the summary has of a portrait."""
+    """Return the quantities of a portrait in the summary."""
     per, states = _per_time(plan), {a.name: (a.long_name, a.unit) for a in plan.axes}
     kind, stable = {"kind": ("kind", "")}, {"stable": ("whether it is stable", "")}
     of_points = kind | stable | states | {
@@ -193,10 +193,10 @@ def _of_case(plan: Plan, case: Case, found: Found) -> list[Quantity]:
         "transverse_phi": ("those out of the section over this angle", ""),
     }  # fmt: skip
     of_separatrices = {
-        "saddle": ("its saddle, by its number", ""), "stable": ("whether it goes to the saddle", ""),
-        "side": ("side of the saddle", ""), "end": ("why it ends", ""), "to": ("its other end in words", ""),
+        "saddle": ("its saddle, by its number", ""), "stable": ("whether it leads to the saddle", ""),
+        "side": ("side of the saddle", ""), "end": ("reason of its end", ""), "to": ("description of its other end", ""),
         "fixed_point": ("fixed point at its other end", ""), "closed_curve": ("closed curve at its other end", ""),
-        "gap": ("distance from that", ""), "length": ("length in windows", ""), "error": ("error of its begin", ""),
+        "gap": ("distance from that", ""), "length": ("length in windows", ""), "error": ("error of its beginning", ""),
         "state": ("states at its other end", ""),
     }  # fmt: skip
     of_closed = kind | states | {
@@ -206,7 +206,7 @@ def _of_case(plan: Plan, case: Case, found: Found) -> list[Quantity]:
     }  # fmt: skip
     points = [_point(plan, case, found, k) for k in range(len(found.fixed.points))]
     closed = [_closed(plan, case, found, k) for k in range(len(found.closed))]
-    shown = f"{found.fixed.shown}; closed curves are those that {found.followed} followed curves met"
+    shown = f"{found.fixed.shown}; closed curves are those met by {found.followed} followed curves"
     return [
         Quantity("label", case.label, "name of the portrait"),
         Quantity("value", case.value, "value of the parameter that differs"),
@@ -214,13 +214,13 @@ def _of_case(plan: Plan, case: Case, found: Found) -> list[Quantity]:
         *table("separatrices", [_separatrix(found, m) for m in found.separatrices], "separatrices", of_separatrices),
         *table("closed_curves", closed, "closed curves", of_closed),
         Quantity("complete", found.fixed.complete, "whether all fixed points are known"),
-        Quantity("shown", shown, "how that is shown"),
+        Quantity("shown", shown, "evidence for that"),
     ]
 
 
 def _of_cases(answers: Sequence[Sequence[Quantity]], sentences: Sequence[str]) -> list[Quantity]:
-    """A table of several portraits, each with its own sentence."""
-    rows, parts = [], {"sentence": ("portrait in words", "")}
+    """Return a table of several portraits, each with a sentence."""
+    rows, parts = [], {"sentence": ("description of the portrait", "")}
     for quantities, sentence in zip(answers, sentences, strict=True):
         rows.append({q.name: q.value for q in quantities} | {"sentence": sentence})
         for q in quantities:
@@ -233,7 +233,7 @@ def _several(kind: str) -> str:
 
 
 def _reported(plan: Plan, state: np.ndarray) -> np.ndarray:
-    """A state (2,) with angles in (-pi, pi]."""
+    """Return a state (2,) with angles in (-pi, pi]."""
     return np.where(plan.cases[0].plane.turns > 0, -within_half_a_turn(-state), state)
 
 
@@ -285,19 +285,19 @@ def _warnings(plan: Plan, case: Case, found: Found) -> list[str]:
     curves = [*(m.curve for m in found.separatrices), *(a for a, _ in found.trajectories)]
     if any(c.end == LENGTH for c in curves):
         warnings.append(
-            f"{about}some curves were given up after {plan.spec.length:g} windows: study.length follows them further"
+            f"{about}some curves were stopped after {plan.spec.length:g} windows: study.length follows them further"
         )
     if any(c.end == FAILED for c in curves):
         warnings.append(f"{about}some curves end where the equations cannot be evaluated")
     if any(c.end == KINKS for c in curves):
-        warnings.append(f"{about}some curves are given up where they slide along a jump of the equations")
+        warnings.append(f"{about}some curves are stopped where they slide along a jump of the equations")
     if any(m.curve.end == FIXED_POINT and found.fixed.points[m.curve.index].kind == SADDLE for m in found.separatrices):
-        warnings.append(f"{about}a separatrix goes to a saddle: the least change of a parameter parts them")
+        warnings.append(f"{about}a separatrix leads to a saddle: the least change of a parameter breaks this connection")
     return warnings
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a phase portrait."""
+    """Return the lines that ``wucht run`` prints for a phase portrait."""
     s = result.wucht.summary
     lines = [result.attrs["title"]]
     if "cases" not in s:
@@ -329,9 +329,9 @@ def _of_one(s: Mapping[str, Any]) -> list[str]:
 
 
 def _where(end: str, stable: bool) -> str:
-    """Whence a stable manifold comes, and where an unstable one goes."""
+    """Return the origin of a stable manifold, or the destination of an unstable one."""
     if end == "left the window":
-        return "comes from beyond the window" if stable else "leaves the window"
+        return "comes from outside the window" if stable else "leaves the window"
     known = end.startswith(("stable", "unstable", "saddle", "closed", "centre", "degenerate"))
     return f"{'comes from' if stable else 'goes to'} {end}" if known else f"followed no further: {end}"
 

@@ -29,12 +29,12 @@ from wucht.schema import Unit, read_quantity, refuse_unknown
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import Output, System
 
-_NARROWEST = 1e-6  # of a range: below, nothing is left of differences
+_NARROWEST = 1e-6  # of a range: below, differences vanish in rounding
 _DRAWN_TURNS = 2  # of an angle, by default
 
 
 def section(spec: PhasePortrait, machine: Machine) -> Section:
-    """The section that is asked for. Raises ``InputError``: not two states, or curves do not stay in it.
+    """Return the requested section. Raises ``InputError``: it has not two states, or curves do not stay in it.
 
     Where the inertia of balancing bodies would leave more than two states, it is left out by default, with a warning.
     """
@@ -45,7 +45,7 @@ def section(spec: PhasePortrait, machine: Machine) -> Section:
         bodies = ", ".join(b.name for b in steady.bodies if b.about is not None)
         advice = "study.kind = 'approximation' shows how far such equations are from the full ones"
         left_out = (
-            f"the inertia of {bodies} is left out, as if their damping were strong: with it, more states than two are left"
+            f"the inertia of {bodies} is left out, as if their damping were strong: with it, there are more than two states"
         )
         made = replace(made, warnings=(*made.warnings, f"{left_out}; {advice}"))
     if len(made.axes) != 2:
@@ -69,7 +69,7 @@ def _refuse(spec: PhasePortrait, made: Section) -> None:
         raise InputError(
             "study.kind", spec.kind, f"a phase portrait has two states, and this machine's averaged equations {shown or 'none'}"
         )
-    without = ", inertia = false leaves out the bodies' own speeds" if made.inertia else ""
+    without = ", inertia = false leaves out the speeds of the bodies" if made.inertia else ""
     raise InputError(
         "study.together", spec.together,
         f"a phase portrait has two states, and these averaged equations {len(groups)}: {shown}; "
@@ -79,7 +79,7 @@ def _refuse(spec: PhasePortrait, made: Section) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A portrait. value: of the parameter ``along``, if there is one. section: of a machine, where its System is from."""
+    """A portrait. value: of the parameter ``along``, if there is one. section: of a machine, the origin of its System."""
 
     label: str
     value: float | None
@@ -89,9 +89,9 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The portraits. axes: the two states. drawn: (2, 2), their ranges in the figure.
+    """The portraits. axes: the two states. drawn_ranges: (2, 2), those of the states in the figure.
 
-    given: starts of trajectories (2, k), None where the program chooses them. time: its unit.
+    given_starts: of trajectories (2, k), None where the program chooses them. time: its unit.
     """
 
     spec: PhasePortrait
@@ -104,12 +104,12 @@ class Plan:
 
     @property
     def count(self) -> int:
-        """How many trajectories are drawn."""
+        """Return the number of trajectories to be drawn."""
         return self.spec.trajectories if isinstance(self.spec.trajectories, int) else len(self.spec.trajectories)
 
     @property
     def model(self) -> str:
-        """Which equations these are, of a machine, in words."""
+        """Return the description of a machine's equations, empty for a system."""
         made = self.cases[0].section
         if made is None:
             return ""
@@ -118,7 +118,7 @@ class Plan:
 
 
 def prepare(spec: PhasePortrait, subject: Machine | OwnEquations) -> Plan:
-    """The plan. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
+    """Return the plan. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
     values = tuple(dict.fromkeys(_values(spec, subject)))
     subjects = [(v, subject if v is None else with_parameters(subject, {spec.along or "": v})) for v in values]
     sections = [section(spec, s) if isinstance(s, Machine) else None for _, s in subjects]
@@ -148,7 +148,7 @@ def prepare(spec: PhasePortrait, subject: Machine | OwnEquations) -> Plan:
 def _refuse_keys_of_machines(spec: PhasePortrait) -> None:
     for key in ("together", "speed", "inertia", "order"):
         if key in spec.model_fields_set and getattr(spec, key) is not None:
-            raise InputError(f"study.{key}", getattr(spec, key), "allowed only for a machine: [system] has its own two states")
+            raise InputError(f"study.{key}", getattr(spec, key), "allowed only for a machine: [system] states its two states")
 
 
 def _values(spec: PhasePortrait, subject: Machine | OwnEquations) -> tuple[float | None, ...]:
@@ -188,7 +188,7 @@ def _ranges(spec: PhasePortrait, axes: tuple[Axis, ...]) -> dict[str, tuple[floa
 def _window(
     systems: list[tuple[System, Mapping[str, float]]], axes: tuple[Axis, ...], ranges: Mapping[str, tuple[float, float]]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The window of all portraits: as given, by default as the machine's speeds say, else around all fixed points."""
+    """Return the window of all portraits: as given, by default from the machine's speeds, else around all fixed points."""
     turning = [s in systems[0][0].angles for s in systems[0][0].states]
     ends = []
     for a, turns in zip(axes, turning, strict=True):
@@ -201,7 +201,7 @@ def _window(
     known = [f for f in found if f is not None]
     if not known:
         missing = next(a.name for a, x in zip(axes, low, strict=True) if math.isnan(x))
-        raise InputError("study.ranges", None, f"no fixed point was found by which to choose it: give a range of {missing}")
+        raise InputError("study.ranges", None, f"there is no fixed point from which to choose it: give a range of {missing}")
     return np.min([k[0] for k in known], axis=0), np.max([k[1] for k in known], axis=0)
 
 
@@ -216,7 +216,7 @@ def _sides(plane: Plane) -> list[tuple[float, float, bool]]:
 
 
 def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, ...]) -> np.ndarray | None:
-    """The starts (2, k) that are given. Raises ``InputError`` for another state, or one outside the window."""
+    """Return the given starts (2, k). Raises ``InputError`` for an unknown state, or one outside the window."""
     if isinstance(spec.trajectories, int):
         return None
     starts = np.empty((2, len(spec.trajectories)))
@@ -237,16 +237,16 @@ def _start(given: Any, axis: Axis, where: str) -> float:
     return read_quantity(Unit(axis.unit, axis.long_name), given, where)
 
 
-_KEPT = 3  # every so manyth sample of a curve: a figure shows no more
+_KEPT = 3  # of the samples of a curve: a figure needs no more
 _GOLDEN = 1.32471795724474602596  # x^3 = x + 1: M. Roberts' evenly spread sequence in the plane
 _TURNED = "turned"
-_LEAST = 4  # curves that are followed both ways, drawn or not: they meet closed curves
+_LEAST = 4  # curves that are followed both ways, drawn or not, to detect closed curves
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
     """A portrait. transverse: of each fixed point of a machine, the eigenvalues out of the section. trajectories: forwards and
-    backwards from each start. followed: how many curves were, those among them that are not drawn. turned: the angle of the
+    backwards from each start. curve_count: number of followed curves, drawn or not. rotor_angles: angle of the
     main rotor in a period of each closed curve."""
 
     fixed: FixedPoints
@@ -260,13 +260,13 @@ class Found:
 
 @dataclass(frozen=True)
 class Findings:
-    """The portraits that are done."""
+    """The finished portraits."""
 
     portraits: tuple[Found, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Portrait by portrait."""
+    """Yield the findings after each portrait."""
     done: list[Found] = []
     for k, case in enumerate(plan.cases):
         part = work.part(f"portrait {k + 1}", k / len(plan.cases), (k + 1) / len(plan.cases))
@@ -304,7 +304,7 @@ def _found(plan: Plan, case: Case, work: Work) -> Found:
 
 
 def _places(plan: Plan, plane: Plane, count: int) -> np.ndarray:
-    """Evenly spread starts (2, k), the first where the seed says."""
+    """Return evenly spread starts (2, k), the first by the seed."""
     first = np.random.default_rng(plan.spec.seed).uniform(size=2)
     steps = np.array([1 / _GOLDEN, 1 / _GOLDEN**2])
     share = np.remainder(first[:, None] + steps[:, None] * np.arange(count), 1.0)
@@ -317,7 +317,7 @@ def _thinned(curve: PhaseCurve) -> PhaseCurve:
 
 
 def _turned(made: Section, curve: ClosedCurve) -> float:
-    """The angle by which the main rotor turns in a period."""
+    """Return the angle by which the main rotor turns in a period."""
     if made.turning < 0:
         return abs(made.speed or 0.0) * curve.period
     system = replace(made.system, outputs=(), quadratures=(Output(_TURNED, made.system.states[made.turning]),))

@@ -36,7 +36,7 @@ _FEW = 3  # portraits beside each other
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """A panel a portrait, from the Dataset alone."""
+    """Draw a panel for each portrait, from the Dataset alone."""
     cases, model = result.sizes.get("case", 1), result.attrs["model"]
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
     subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model
@@ -58,12 +58,12 @@ def _portraits(result: xr.Dataset) -> list[xr.Dataset]:
 
 
 def _order(result: xr.Dataset) -> list[int]:
-    """Which state is the abscissa, and which the ordinate."""
+    """Return the indices of the states of the abscissa and of the ordinate."""
     return [int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])]
 
 
 def _panel(axis: Axes, one: xr.Dataset) -> None:
-    """One portrait."""
+    """Draw one portrait."""
     order = _order(one)
     box, turns = one.drawn.values[order], one.turn.values[order]
     axis.set(xlim=box[0], ylim=box[1])
@@ -79,7 +79,7 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
             shown = states[order][:, ::-1] if stable else states[order]
             _curve(axis, shown, box, turns, _STABLE if stable else _UNSTABLE, 11.0)
     for states, kind in zip(one.closed_curves.values, one.closed_curve_kind.values.astype(str), strict=True):
-        if kind in _CLOSED:  # of a family they are trajectories like others
+        if kind in _CLOSED:  # those of a family are drawn as trajectories
             _curve(axis, states[order], box, turns, _CLOSED[kind], 11.0)
     for state, what in zip(one.fixed_points.values, _classes(one), strict=True):
         for shift in _shifts(state[order][:, None], box, turns):
@@ -87,7 +87,7 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
 
 
 def _classes(one: xr.Dataset) -> list[str]:
-    """By which symbol each fixed point is drawn."""
+    """Return the symbol of each fixed point."""
     classes = []
     for kind, growth in zip(one.fixed_point_kind.values.astype(str), one.transverse_growth.values, strict=True):
         if kind.startswith("stable"):
@@ -98,7 +98,7 @@ def _classes(one: xr.Dataset) -> list[str]:
 
 
 def _shifts(states: np.ndarray, box: np.ndarray, turns: np.ndarray) -> list[np.ndarray]:
-    """By which whole turns of angles curves or points (2, N) are seen in the box."""
+    """Return the whole turns of angles that move curves or points (2, N) into the box."""
     fine = states[:, np.isfinite(states).all(axis=0)]
     if not fine.size:
         return []
@@ -115,7 +115,7 @@ def _shifts(states: np.ndarray, box: np.ndarray, turns: np.ndarray) -> list[np.n
 
 
 def _curve(axis: Axes, states: np.ndarray, box: np.ndarray, turns: np.ndarray, style: dict[str, Any], head: float) -> None:
-    """A curve (2, N) with an arrow, repeated by whole turns."""
+    """Draw a curve (2, N) with an arrow, repeated by whole turns."""
     fine = states[:, np.isfinite(states).all(axis=0)]
     if fine.shape[1] < 2:
         return
@@ -126,7 +126,7 @@ def _curve(axis: Axes, states: np.ndarray, box: np.ndarray, turns: np.ndarray, s
 
 
 def _arrow(axis: Axes, x: np.ndarray, box: np.ndarray, style: dict[str, Any], head: float) -> None:
-    """In the middle of what is seen of a curve; none on what is too short for one."""
+    """Draw an arrow in the middle of the visible part of a curve, unless this is too short."""
     share = (x - box[:, :1]) / (box[:, 1:] - box[:, :1])
     seen = ((share > 0.02) & (share < 0.98)).all(axis=0)
     steps = np.hypot(*np.diff(share, axis=1)) * (seen[:-1] & seen[1:])
@@ -142,7 +142,7 @@ def _arrow(axis: Axes, x: np.ndarray, box: np.ndarray, style: dict[str, Any], he
 
 
 def _scales(axis: Axes, result: xr.Dataset) -> None:
-    """Names and ticks of both axes; angles in parts of pi."""
+    """Set names and ticks of both axes; angles in parts of pi."""
     for i, one in zip(_order(result), (axis.xaxis, axis.yaxis), strict=True):
         name, unit = str(result.state_label.values[i]), str(result.state_unit.values[i])
         shown = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
@@ -156,12 +156,12 @@ def _scales(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _legend(result: xr.Dataset) -> list[Any]:
-    """What is drawn."""
+    """Return the legend's entries of the drawn symbols and lines."""
     there = {c for p in _portraits(result) for c, kind in zip(_classes(p), p.fixed_point_kind.values, strict=True) if kind}
     entries = [entry(name, **_POINT | style) for what, (name, style) in _POINTS.items() if what in there]
     if result.sizes["separatrix"]:
         entries.append(entry("unstable manifold: leaves the saddle", **_UNSTABLE))
-        entries.append(entry("stable manifold: goes to the saddle", **_STABLE))
+        entries.append(entry("stable manifold: leads to the saddle", **_STABLE))
     kinds = {str(k) for k in np.ravel(result.closed_curve_kind.values)}
     entries += [entry(f"closed curve, {kind}", **look) for kind, look in _CLOSED.items() if kind in kinds]
     if result.sizes["trajectory"]:

@@ -35,7 +35,7 @@ def _trajectories(given: Any) -> Any:
     if isinstance(given, list | tuple) and all(isinstance(start, Mapping) for start in given):
         return tuple(map(dict, given))
     if isinstance(given, bool) or not isinstance(given, int | float) or given != int(given) or given < 0:
-        raise ValueError("must be how many, or a list of starts: [{ STATE = VALUE, ... }, ...]")
+        raise ValueError("must be a number, or a list of starts: [{ STATE = VALUE, ... }, ...]")
     return int(given)
 
 
@@ -45,9 +45,9 @@ Trajectories = Annotated[int | tuple[dict[str, Any], ...], BeforeValidator(_traj
 
 
 class PhasePortrait(common.Spec):
-    """All fixed points of two equations with their kinds, the separatrices of the saddles and where they go, closed curves.
+    """All fixed points of two equations with their kinds, the separatrices of the saddles with their ends, closed curves.
 
-    Asked of a table [system] of two states, or of the averaged equations of a machine, where its states are made two by bodies
+    For a table [system] of two states, or for the averaged equations of a machine, reduced to two states by bodies
     that keep equal phases.
     """
 
@@ -55,10 +55,10 @@ class PhasePortrait(common.Spec):
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
 
     ranges: Ranges = Field(default_factory=dict, title="ranges of the states", description=(
-        "ranges of the states, by name: the window; of an angle what is drawn of it"
+        "ranges of the states, by name: the window; of an angle its range in the figure"
     ))  # fmt: skip
     together: Together | None = Field(None, title="bodies that keep equal phases", description=(
-        "true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true), which is refused where they would not"
+        "true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true); refused where they would not"
     ))  # fmt: skip
     speed: float | None = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
     inertia: common.Inertia | None = Field(None, description=(
@@ -67,18 +67,18 @@ class PhasePortrait(common.Spec):
     ))  # fmt: skip
     order: common.Order = 1
     trajectories: Trajectories = Field(
-        24, title="trajectories", description="starts of trajectories, or how many, from places that the seed gives"
+        24, title="trajectories", description="starts of trajectories, or their number, from places that the seed gives"
     )
     seed: common.Whole = Field(0, ge=0, title="seed of their starts", description="seed of the starts of trajectories")
     nullclines: common.TrueOrFalse = Field(False, description="whether nullclines are drawn")
     along: common.Path | None = Field(None, description="path of a parameter, for a portrait for each of its `values`")
     values: common.Values = Field((), description="values of the parameter `along`, a portrait for each")
     length: float = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000, help=(
-        "length of a curve, in windows, at which it is given up"
+        "length of a curve, in windows, at which it is stopped"
     ))  # fmt: skip
 
     def check(self) -> None:
-        """Along belongs to values, and both have limits."""
+        """Check that along and values come together, within their limits."""
         if bool(self.values) != (self.along is not None):
             missing = "values" if self.along is not None else "along"
             raise InputError(

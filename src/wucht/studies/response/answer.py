@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of a response: q = Re[z exp(i w t)], w t being the angle that a body has turned from its start."""
+    """Return the Dataset of a response: q = Re[z exp(i w t)], w t being the angle that a body has turned from its start."""
     w, steady = findings.speeds, plan.steady
     machine, pieces = steady.machine, steady.pieces(w)
     eccentricity, losses, free = eccentricity_of(machine), losses_of(machine, w), free_speed(machine, machine.rotor)
@@ -50,7 +50,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("direction", list(machine.free_labels), "direction", "", "direction"),
         Quantity("body", [b.name for b in machine.bodies], "body", "", "body"),
         Quantity("range", list(plan.range), "lowest and highest speed", speed),
-        Quantity("bodies", "steady" if steady.branches else "held", "where balancing bodies are"),
+        Quantity("bodies", "steady" if steady.branches else "held", "phases of balancing bodies: held, or steady"),
         Quantity("critical_speeds", critical, "critical speeds in the range", speed),
         *natural_vibrations(machine),
         *(_of_pieces(each, pieces) if steady.branches else each[0]),
@@ -62,13 +62,13 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     ]
     undamped = sorted({x for c in findings.curves for x in c.undamped})
     resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped]
-    warnings = [f"nothing damps the resonance at {at}: there the amplitude is infinite" for at in resonances]
+    warnings = [f"the resonance at {at} is undamped: there the amplitude is infinite" for at in resonances]
     sentence = _sentence(excited, critical, free, maxima.at_free)
     return answer(quantities, sentence, warnings + steady.warnings, steady.assumed)
 
 
 def _over_speed(plan: Plan, forced: Forced, eccentricity: float, w: np.ndarray, losses: np.ndarray) -> list[Quantity]:
-    """What one curve of the vibration says, over the speed."""
+    """Return the quantities of one curve of the vibration over the speed."""
     known = forced.phases(w)
     forced = replace(forced, placed=known[0] if known[1] is None else lambda _: known)  # computed once
     machine, units, z = plan.steady.machine, plan.steady.machine.units, forced.displacement(w)[0].T
@@ -90,14 +90,14 @@ def _over_speed(plan: Plan, forced: Forced, eccentricity: float, w: np.ndarray, 
 
 
 def _curve(values: Sequence[Quantity], k: int, pieces: list[Piece]) -> Curve:
-    """Of the k-th curve what its maxima are searched in."""
+    """Return the values of the k-th curve in which its maxima are searched."""
     stable = [p.stable for p in pieces if p.branch == k and not p.overlapping]
     amplitude, torque = (next(q.value for q in values if q.name == name) for name in ("amplitude", "vibration_torque"))
     return Curve(amplitude, torque, np.any(stable, axis=0) if stable else np.full(len(amplitude), not pieces))
 
 
 def _of_pieces(each: list[list[Quantity]], pieces: list[Piece]) -> list[Quantity]:
-    """The same over configurations, each where it has its name."""
+    """Return the quantities over configurations, each in its range of speeds."""
     stable, over = (np.array([getattr(p, name) for p in pieces], np.int8) for name in ("stable", "overlapping"))
     names, along = np.array([p.label for p in pieces], str), "configuration"
     quantities = [
@@ -112,7 +112,7 @@ def _of_pieces(each: list[list[Quantity]], pieces: list[Piece]) -> list[Quantity
 
 
 def _of_maxima(plan: Plan, maxima: Maxima) -> list[Quantity]:
-    """The largest amplitudes and torques, and the vibration in operation."""
+    """Return the largest amplitudes and torques, and the vibration in operation."""
     units, orbit, at_free = plan.steady.machine.units, plan.steady.machine.orbit_unit, maxima.at_free
     largest, hardest, peaks = maxima.largest, maxima.hardest, maxima.amplitudes
     there = {"configuration": ("configuration there", ""), "stable": ("whether it is stable there", "")}
@@ -134,7 +134,7 @@ def _of_maxima(plan: Plan, maxima: Maxima) -> list[Quantity]:
         *table("torque_peaks", [_entry("torque", m) for m in maxima.torques], "largest torques of the vibration", torque),
         Quantity("amplitude_at_free_speed", operation, "amplitude at the speed reached without vibration", orbit),
         Quantity("configurations_at_free_speed", labels, "stable configurations at that speed"),
-        Quantity("throw_at_free_speed", throw, "how the carrier throws at that speed", parts=NUMBERS),
+        Quantity("throw_at_free_speed", throw, "throw of the carrier at that speed", parts=NUMBERS),
     ]
 
 
@@ -160,7 +160,7 @@ _MOST = 6  # maxima named one by one
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a response."""
+    """Return the lines that ``wucht run`` prints for a response."""
     s, lines = result.wucht.summary, ReportLines(result)
     speed, length = formats(result, result.amplitude.attrs["units"])
     steady = " where balancing bodies are in stable steady phases" if s["bodies"] == "steady" else ""
@@ -172,7 +172,7 @@ def report(result: xr.Dataset) -> list[str]:
     elif not steady:
         return lines.report(s["sentence"])
     else:
-        never = "in no steady phases are the balancing bodies stable"
+        never = "the balancing bodies have no stable steady phases"
         lines.add("amplitude", never if s["peak_amplitude"] is None else f"none{steady}")
     others = [m for m in _stable(s["peaks"]) if m["speed"] != s["peak_speed"]]
     if others:
@@ -188,10 +188,10 @@ def report(result: xr.Dataset) -> list[str]:
         unit = "" if result.wucht.dimensionless else " N m"
         also = "".join(f", also {m['torque']:.4g}{unit} at {speed(m['speed'])}" for m in at)
         lines.add("torque", f"of the vibration: at most {s['peak_torque']:.4g}{unit} at {{peak_torque_speed}}{also}")
-    lines.add("self-centred", "from {self_centring_speed} on: the centre of mass runs inside the axis' orbit")
+    lines.add("self-centred", "from {self_centring_speed} on: the centre of mass moves inside the orbit of the axis")
     return lines.report(s["sentence"])
 
 
 def _stable(maxima: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Of bodies in steady phases only where these are stable."""
+    """Return the maxima at which steady phases of balancing bodies, if any, are stable."""
     return [m for m in maxima if m.get("stable", True)]

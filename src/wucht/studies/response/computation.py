@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: where the bodies are, the vibration over the speed, and where it is largest."""
+"""Question and machine -> plan -> findings: the phases of bodies, the vibration over the speed, and its maxima."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ from wucht.studies.response.spec import Response
 
 @dataclass(frozen=True)
 class Plan:
-    """range: lowest and highest speed in rad/s. points: evenly spaced over it."""
+    """The plan of a response over the speed.
+
+    range: lowest and highest speed in rad/s. points: evenly spaced over it.
+    """
 
     steady: SteadyPhases
     range: tuple[float, float]
@@ -30,9 +33,9 @@ class Plan:
 
 
 def prepare(spec: Response, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
+    """Return the plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
     if not machine.free_carrier:
-        needed = "nothing here is free to vibrate: a response needs a carrier on springs, and this one is"
+        needed = "nothing is free to vibrate: a response needs a carrier on springs, and this one is"
         how, code = ("fixed", "fixed") if machine.shaken is None else ("moved as prescribed", "prescribed")
         raise InputError("machine.carrier", None, f"{needed} {how}", code=code)
     steady = SteadyPhases.of(machine, spec.start, spec.bodies)
@@ -40,21 +43,21 @@ def prepare(spec: Response, machine: Machine) -> Plan:
 
 
 def _speed_range(machine: Machine) -> tuple[float, float]:
-    """The default of ``range``."""
+    """Return the default of ``range``."""
     natural = [f for f in natural_frequencies(machine).values() if f > 0]
     free = abs(free_speed(machine, machine.rotor) or 0.0)
     top = max([*natural, 0.0]) or free or 1.0
     return min(0.02 * top, 0.3 * min([*natural, top])), max(3 * top, 1.5 * free)
 
 
-_NO_MOTION = 1e-9  # of the largest displacement: what moves less has no phase
+_NO_MOTION = 1e-9  # of the largest displacement: a smaller one has no phase
 
 
 @dataclass(frozen=True)
 class Peaks:
-    """Of one curve. peaks, torque_peaks: speeds of local maxima of the amplitude and of the vibration torque.
+    """The maxima of one curve. peaks, torque_peaks: speeds of local maxima of the amplitude and of the vibration torque.
 
-    undamped: resonances in the range that nothing damps.
+    undamped_resonances: those in the range.
     """
 
     peaks: np.ndarray
@@ -64,14 +67,17 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Findings:
-    """speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``."""
+    """The decisive speeds of a response.
+
+    speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``.
+    """
 
     speeds: np.ndarray
     curves: tuple[Peaks, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The speeds that matter; the vibration at them takes milliseconds, and comes at once."""
+    """Yield the decisive speeds; the vibration at them takes milliseconds, and needs no second step."""
     work.report(0.0, "steady vibration")
     grid = plan.steady.grid(plan.steady.forced.grid(*plan.range, plan.points))
     curves = tuple(_peaks(forced, grid, plan.range) for forced in plan.steady.curves)
@@ -91,17 +97,17 @@ def _maxima(curve: Callable[[np.ndarray], WithSlope], grid: np.ndarray) -> np.nd
 
 
 def _amplitude_at(forced: Forced, undamped: tuple[float, ...], speed: float) -> float:
-    """The amplitude of the axis at a speed, infinite at a resonance without damping that moves it."""
+    """Return the amplitude of the axis at a speed, infinite at an undamped resonance that moves it."""
     if any(math.isclose(speed, w, rel_tol=1e-9) for w in undamped) and forced.grows(forced.amplitude, speed):
         return math.inf
     return float(forced.amplitude(np.array([speed]))[0][0])
 
 
 def lag_of(machine: Machine, forced: Forced, speeds: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """By which angle (m, N) at speeds (N,) each displacement (m, N) comes after the force of the unbalance in its direction.
+    """Return the lag (m, N) at speeds (N,) of each displacement (m, N) behind the force of the unbalance in its direction.
 
-    A foundation, on which no unbalance acts, after that of the direction which it carries; anything else on which the
-    unbalances exert no force after the main rotor's angle. NaN for what does not move.
+    That of a foundation, on which no unbalance acts, is behind the force on the direction that it carries; anywhere else the
+    reference is the main rotor's angle if the unbalances exert no force. NaN without motion.
     """
     at = machine.bodies.index(machine.rotor)
     main = np.exp(1j * np.broadcast_to(forced.phases(speeds)[0][at], speeds.shape))
@@ -117,21 +123,21 @@ def lag_of(machine: Machine, forced: Forced, speeds: np.ndarray, z: np.ndarray) 
 
 
 def eccentricity_of(machine: Machine) -> float:
-    """Of the main rotor's centre of mass; NaN where the axis has no motion in the plane of the rotor, or no part states it."""
+    """Return the main rotor's eccentricity; NaN where the axis does not move in the rotor's plane, or no part states it."""
     arms = (p.arms().get(machine.rotor.name) for p in machine.parts if machine.labels != ("r",))
     return next((float(arm.xreplace(machine.numbers)) for arm in arms if arm is not None), math.nan)
 
 
 def centre_distance(steady: SteadyPhases, forced: Forced, eccentricity: float, speeds: np.ndarray) -> np.ndarray:
-    """Of the main rotor's centre of mass from the axis' static position (N,), NaN where it has none."""
+    """Return the distance (N,) of the main rotor's centre of mass from the axis' static position, NaN without one."""
     main = steady.machine.bodies.index(steady.machine.rotor)
     return forced.centre(speeds, eccentricity, float(steady.angles[main]))
 
 
 def self_centring_speed(steady: SteadyPhases, eccentricity: float, speeds: np.ndarray) -> float | None:
-    """From where to the end of the speeds the centre of mass stays nearer to the static position than the axis does.
+    """Return the speed from which the centre of mass stays nearer to the static position than the axis does.
 
-    002, below (2.78). None where it never does, where nothing is eccentric, and for bodies in steady phases: what they do
+    002, below (2.78). None where it never does, where nothing is eccentric, and for bodies in steady phases: the answer
     depends on the branch.
     """
     if steady.branches:
@@ -146,7 +152,7 @@ def self_centring_speed(steady: SteadyPhases, eccentricity: float, speeds: np.nd
 
 
 def losses_of(machine: Machine, speeds: np.ndarray) -> np.ndarray:
-    """The torque (N,) of loads and bearings on all shafts together, positive where it brakes."""
+    """Return the torque (N,) of loads and bearings on all shafts together, positive where it brakes."""
     losses = np.zeros(len(speeds))
     for rotor in machine.rotors:
         sense, brakes = sense_of(machine, rotor), curves(machine, shaft_torques(machine, rotor)[1:])
@@ -156,7 +162,7 @@ def losses_of(machine: Machine, speeds: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Maximum:
-    """A value at a speed. label: of the configuration, empty of held bodies. stable: whether it is stable there."""
+    """A value at a speed. label: of the configuration, empty for held bodies. stable: True if it is stable there."""
 
     speed: float
     value: float
@@ -166,7 +172,7 @@ class Maximum:
 
 @dataclass(frozen=True)
 class Curve:
-    """amplitude and torque (N,) over the speed, and where bodies are stable (N,)."""
+    """The amplitude and the torque (N,) over the speed, and a mask (N,) of stable bodies."""
 
     amplitude: np.ndarray
     torque: np.ndarray
@@ -175,7 +181,9 @@ class Curve:
 
 @dataclass(frozen=True)
 class Maxima:
-    """amplitudes, torques: local maxima. largest, hardest: the greatest of all where bodies are stable, None without such.
+    """The maxima of all curves.
+
+    amplitudes, torques: local maxima. largest, hardest: the greatest of all where bodies are stable, None without such.
 
     at_free: at the speed that the drive reaches without vibration, of each stable configuration there. throw: of the carrier
     in that of them with the largest amplitude.
@@ -190,7 +198,7 @@ class Maxima:
 
 
 def found_maxima(plan: Plan, findings: Findings, curves_there: Sequence[Curve]) -> Maxima:
-    """Those of all curves. curves_there: the values of each at the speeds of the findings."""
+    """Collect the maxima of all curves. curves_there: their values at the speeds of the findings."""
     machine, curves = plan.steady.machine, plan.steady.curves
     free = free_speed(machine, machine.rotor)
     amplitudes, torques = list[Maximum](), list[Maximum]()
@@ -217,7 +225,7 @@ def _amplitude(forced: Forced, undamped: tuple[float, ...]) -> Callable[[np.ndar
 
 
 def _judge(plan: Plan, k: int) -> Callable[[np.ndarray, np.ndarray], list[Maximum]]:
-    """Values at speeds on the k-th curve, as far as they are numbers, with the configurations there."""
+    """Return a function of speeds and values on the k-th curve, for the maxima with their configurations; NaN is left out."""
 
     def judged(speeds: np.ndarray, values: np.ndarray) -> list[Maximum]:
         labels, stable = np.full(len(speeds), ""), np.ones(len(speeds), bool)
@@ -231,7 +239,7 @@ def _judge(plan: Plan, k: int) -> Callable[[np.ndarray, np.ndarray], list[Maximu
 
 
 def _greatest(speeds: np.ndarray, values: np.ndarray, stable: np.ndarray) -> list[Maximum]:
-    """The greatest value (N,) where bodies are stable, none without such."""
+    """Return the greatest value of (N,) where bodies are stable, if there is one."""
     allowed = np.where(stable & np.isfinite(values), values, -np.inf)
     at = int(allowed.argmax())
     return [Maximum(float(speeds[at]), float(values[at]))] if np.isfinite(allowed[at]) else []

@@ -18,11 +18,11 @@ from wucht.results.formatting import label, printed_unit, with_unit
 
 _MOST_NAMES = 7  # bodies named one by one in a legend
 _BELOW = 0.04  # of the panel: its part below zero
-_CLIPPED = 7.5  # times the median: there an infinite amplitude is cut
+_CLIPPED = 7.5  # times the median: the limit of the axis for an infinite amplitude
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels (three where there is no centre of mass in the plane) from a response's Dataset alone."""
+    """Draw four panels (three without a centre of mass in the plane) from a response's Dataset alone."""
     panels = [_amplitude, _phase, _centre, _torque]
     if not (np.isfinite(result.centre_distance.values).any() and float(result.eccentricity) > 0):
         panels.remove(_centre)
@@ -35,14 +35,14 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _limit(axis: Axes, result: xr.Dataset, scale: float) -> None:
-    """From zero up to the largest value that is finite at a resonance."""
+    """Set limits from zero up to the largest finite maximum at a resonance."""
     peaks = scale * result.peak_amplitude.values
     clipped = _CLIPPED * float(np.nanmedian(scale * result.amplitude.values))
     axis.set_ylim(0, 1.1 * max([*peaks[np.isfinite(peaks)], clipped]) if np.isinf(peaks).any() else None)
 
 
 def _several(result: xr.Dataset) -> bool:
-    """Whether there is a curve for each configuration of the balancing bodies."""
+    """True if there is a curve for each configuration of the balancing bodies."""
     return "configuration" in result.amplitude.dims
 
 
@@ -68,7 +68,7 @@ def _amplitude(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _phase(axis: Axes, result: xr.Dataset) -> None:
-    """From -90 to 270 degrees, so that what is in phase or in opposition does not lie on an edge."""
+    """Draw phases from -90 to 270 degrees, so that those in phase or in opposition do not lie on an edge."""
     directions, drawn = list(map(str, result.direction.values)), list[np.ndarray]()
     if _several(result):
         lags = np.mod(np.degrees(result.lag.values[:, 0]) + 90, 360) - 90
@@ -76,7 +76,7 @@ def _phase(axis: Axes, result: xr.Dataset) -> None:
         top = 190 if np.nanmax(lags, initial=0.0) <= 190 else 270
         axis.set(yticks=[-90, 0, 90, 180, 270], ylim=(-10, top), ylabel=f"phase lag of {directions[0]} (°)")
         return
-    for i, lag in enumerate(result.lag.values):  # those of what does not move are NaN, and equal to none
+    for i, lag in enumerate(result.lag.values):  # lags without motion are NaN, and equal to none
         equal = [name for name, other in zip(directions, result.lag.values, strict=True) if np.abs(other - lag).max() < 1e-6]
         if equal[:1] == [directions[i]]:
             drawn.append(np.mod(np.degrees(lag) + 90, 360) - 90)

@@ -32,7 +32,7 @@ class Response(Spec):
     start: Start = Field(default_factory=dict, description="phases of balancing bodies that are held, and of other rotors")
 
     def check(self) -> None:
-        """No negative speeds."""
+        """Refuse negative speeds."""
         if self.range is not None and self.range[0] < 0:
             allowed = "must be a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
             raise InputError("study.range", list(self.range), allowed)

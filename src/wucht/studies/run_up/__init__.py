@@ -1,1 +1,1 @@
-"""The study ``run-up``: start the machine and see what becomes of it."""
+"""The study ``run-up``: start the machine and follow its motion to the end."""

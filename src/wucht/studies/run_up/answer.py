@@ -34,7 +34,7 @@ _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 
 
 def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float | None) -> list[Quantity]:
-    """Quantities of the samples inside (N,) of the carrier's centre of mass; none where it has no units, or only turns."""
+    """Return quantities of the carrier's centre of mass, samples inside (N,); none without units, or if it only turns."""
     ways = [d for d in "xy" if d in machine.labels]
     if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
         return []
@@ -59,20 +59,20 @@ def _vibration_at_the_end(machine: Machine, result: xr.Dataset, inside: np.ndarr
 
 
 def _plane(of: xr.DataArray, ways: str) -> np.ndarray:
-    """Its components in x and y (2, N), zero where the carrier cannot move. ways: the dimension of its directions."""
+    """Return its components in x and y (2, N), zero where the carrier cannot move. ways: the dimension of its directions."""
     there = [str(d) for d in of[ways].values]
     zero = np.zeros(of.sizes["time"])
     return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """The Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
+    """Return the Dataset of one run, of one run of both models, or of many, with the dimension ``case``."""
     runs = [joined(motions, [_of_motion(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
     return gathered(plan, runs, findings.finished) if plan.several else runs[0].dataset()
 
 
 def _of_motion(motion: Motion, deck: float | None) -> Answer:
-    """The motion of one model."""
+    """Return the answer for the motion of one model."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
     quantities = variables(machine, motion.rows, motion.seen, motion.observation.largest)
     observed = _observed(motion) if _coarse(motion) else None
@@ -100,7 +100,7 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
             "captured states, close to its end"
         )
     warnings += [verdict.advice] if verdict.advice else []
-    if not residual <= _CLOSED:  # one that is not a number does not close either
+    if not residual <= _CLOSED:  # NaN does not close either
         warnings.append(
             f"the energy balance closes only to {residual:.1e}: the run is not accurate; look for a parameter or a start that "
             "is off by a factor of thousands, or give a smaller study.tolerance"
@@ -109,7 +109,7 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
 
 
 def _coarse(motion: Motion) -> tuple[str, ...]:
-    """A warning where the motion is stored with few samples a turn."""
+    """Return a warning where the motion is stored with few samples a turn."""
     time, seen, machine = motion.seen.time, motion.seen, motion.case.machine
     speeds = np.abs([motion_of(machine, seen, b)[1] for b in machine.bodies]).max(axis=0)
     turned = float((np.diff(time) * np.maximum(speeds[1:], speeds[:-1])).max(initial=0.0))
@@ -119,13 +119,13 @@ def _coarse(motion: Motion) -> tuple[str, ...]:
     return (
         f"only {samples:.1f} samples a turn are stored, to keep the result below {motion.case.horizon.most} samples: "
         "its variables do not show the whole motion, but least_speed, greatest_speed, least_radius and greatest_radius show "
-        "its limits; verdict, speeds and amplitudes of the summary do not depend on them. study.stored_samples asks for more",
+        "its limits; verdict, speeds and amplitudes of the summary do not depend on them. study.stored_samples sets the limit",
     )
 
 
 @dataclass(frozen=True)
 class _Observed:
-    """Of the motion as it is integrated, in the window of the verdict: the least and the greatest speed of the main rotor, and
+    """Limits of the integrated motion, in the window of the verdict: the least and the greatest speed of the main rotor, and
     of the amplitude the mean, the least and the greatest."""
 
     speeds: tuple[float, float]
@@ -147,7 +147,7 @@ def _observed(motion: Motion) -> _Observed:
 
 
 def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
-    """Which samples are those of the verdict (N,)."""
+    """True for the samples (N,) of the verdict."""
     time = result.time.values
     inside: np.ndarray = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
@@ -155,7 +155,7 @@ def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
 
 
 def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, observed: _Observed | None) -> list[Quantity]:
-    """The summary of the contract. observed: where the variables of the result are too few samples of the motion."""
+    """Return the summary of the contract. limits: where the variables of the result are too few samples of the motion."""
     evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
     machine, rotor = machine.at(float(result.time.values[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
     envelope, (low, high) = result.amplitude.values[inside], observed.speeds if observed else extremes(rotor)
@@ -178,7 +178,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, observed: _
         Quantity("max_amplitude", greatest, "greatest amplitude of the axis at the end", length),
         Quantity("amplitude_unit", length, "unit of amplitudes"),
         Quantity("final_phases", verdict.phases, "mean phases of the bodies to their rotor at the end", "rad"),
-        Quantity("final_residual_unbalance", verdict.residual, "share of the rotor's unbalance that is left", headline=True),
+        Quantity("final_residual_unbalance", verdict.residual, "residual share of the rotor's unbalance", headline=True),
         Quantity("settling_time", verdict.settling_time, "time until the speed has settled", time, headline=True),
         Quantity(
             "amplitude_settling_time", verdict.amplitude_settling_time, "time after which the amplitude has settled", time
@@ -192,7 +192,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, observed: _
         Quantity("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", speed),
         Quantity("dimensionless", numbers(machine), "dimensionless numbers of the machine"),
         Quantity("advice", verdict.advice, "advice"),
-        Quantity("advised_time", verdict.needed, "time that would be long enough", time),
+        Quantity("advised_time", verdict.needed, "sufficient time", time),
     ]
     if verdict.locked is not None:
         quantities += [
@@ -213,7 +213,7 @@ _SLOW = "  averaged equations"
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a run-up."""
+    """Return the lines that ``wucht run`` prints for a run-up."""
     s = result.wucht.summary
     if "cases" in s:
         return _of_many(result, s)
@@ -232,7 +232,7 @@ def report(result: xr.Dataset) -> list[str]:
     _vibration(lines, s)
     if s["final_phases"]:
         lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
-    lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's is left")
+    lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's remains")
     if s["settling_time"] is not None:
         lines.add("settled at", _settled(s, time))
     if modulated:
@@ -247,18 +247,18 @@ def report(result: xr.Dataset) -> list[str]:
     for name, apart in s.get("deviations", {}).items():
         if apart is not None:
             lines.add(
-                "apart", f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}", apart, "deviations"
+                "deviation", f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}", apart, "deviations"
             )
     return lines.report(f"{s['outcome'].upper()}: {s['sentence']}")
 
 
-_LINE, _CIRCLE = 0.5, 0.98  # of the motion across over that along: below it throws in a direction, above all are alike
+_LINE, _CIRCLE = 0.5, 0.98  # ratio of the stroke across to that along: below, it throws in a direction; above, on a circle
 _MOST_ROTORS = 6  # named one by one
-_GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
+_GENTLE = 0.05  # machine number below which the vibration is negligible
 
 
 def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
-    """What the vibration at the end is to the machine, and to what lies on it."""
+    """Add lines on the vibration at the end: the load on the machine, and on the goods that it carries."""
     if s.get("stroke") is None or (s["machine_number"] < _GENTLE and "deck" not in s):
         return
     across = lines.written(s["stroke"] * s["throw_ratio"], "m")
@@ -274,10 +274,10 @@ def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
 
 
 def _of_each(forces: dict[str, float]) -> str:
-    """The bearing force of each rotor, of many the largest."""
+    """Return the bearing force of each rotor; of many rotors, the largest."""
     largest = sorted(forces, key=lambda name: -forces[name])[:_MOST_ROTORS]
     shown = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
-    more = f"; {len(forces) - _MOST_ROTORS} more less" if len(forces) > _MOST_ROTORS else ""
+    more = f"; {len(forces) - _MOST_ROTORS} smaller ones" if len(forces) > _MOST_ROTORS else ""
     return f"{shown} at most, of each rotor on the carrier{more}"
 
 
@@ -286,9 +286,9 @@ def _force(value: float) -> str:
 
 
 def _settled(s: dict[str, Any], time_unit: str) -> str:
-    """When all has settled; when the speed has, if the amplitude takes longer."""
+    """Return the settling time of the run; with that of the speed, if the amplitude takes longer."""
     speed, amplitude = s["settling_time"], s.get("amplitude_settling_time")
-    if amplitude is None:  # where bodies lag it beats for good
+    if amplitude is None:  # with lagging bodies it beats permanently
         return f"{speed:.4g}{time_unit}, the speed"
     if amplitude <= speed:
         return f"{speed:.4g}{time_unit}"
@@ -300,12 +300,12 @@ def _angles(phases: dict[str, float]) -> str:
 
 
 def _end(s: dict[str, Any], speed: Format, length: Format) -> str:
-    """With what a run ended."""
+    """Return the final speed and amplitude of a run."""
     return f"{speed(s['final_speed'])}, amplitude {length(s['final_amplitude'])}"
 
 
 def _of_many(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
-    """A line a case."""
+    """Return a line for each case."""
     cases = summary["cases"]
     speed, length = formats(result, cases[0]["amplitude_unit"] if cases else "m")
     lines = [result.attrs["title"], f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in summary['outcomes'].items())}"]
@@ -314,6 +314,6 @@ def _of_many(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
         lines.append(f"  {c['label']:{width}}  {c['outcome']:20} {_end(c, speed, length)}")
         if "slow" in c:
             apart = c["deviations"]["at_equal_angle"]
-            far = "" if apart is None else f"; apart by {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
+            far = "" if apart is None else f"; deviation {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
             lines.append(f"  {_SLOW:{width}}  {c['slow']['outcome']:20} {_end(c['slow'], speed, length)}{far}")
     return lines

@@ -23,7 +23,7 @@ _SHOWN = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
 
 
 def joined(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
-    """The full run-up with the averaged one at the same times; of one model alone its answer as it is. motions: theirs.
+    """Join the full run-up with the averaged one at the same times; of one model alone return its answer unchanged.
 
     Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
     speed_deviation and radius_deviation (compared), at equal angle of the rotor. Summary: ``slow`` and ``deviations``.
@@ -40,7 +40,7 @@ def joined(motions: Sequence[Motion], answers: Sequence[Answer]) -> Answer:
 
 
 def _averaged(full: Answer, slow: Answer) -> list[Quantity]:
-    """What the averaged equations give, padded to the length of the full run-up."""
+    """Return the variables of the averaged equations, padded to the length of the full run-up."""
     own = {q.name: q for q in slow.quantities if q.dimensions is not None}
     shown = [(q, own[q.name]) for q in full.quantities if q.name in _SHOWN and q.dimensions is not None and q.name in own]
     variables = []
@@ -52,7 +52,7 @@ def _averaged(full: Answer, slow: Answer) -> list[Quantity]:
 
 
 def _deviations(full: Answer, apart: dict[str, Deviations | None]) -> list[Quantity]:
-    """How far the models are apart, over the angle of the rotor; and at most, at equal angle and at equal phase."""
+    """Return the deviations of the models over the angle of the rotor; and the largest at equal angle and at equal phase."""
     unit = {q.name: q.unit for q in full.quantities if q.dimensions is not None}
     largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in apart.items()}
     parts = {"speed": ("difference of the speeds", unit["speed"]), "amplitude": ("difference of the distances", unit["radius"])}
@@ -81,7 +81,7 @@ _STORED = (
 
 
 def gathered(plan: Plan, answers: Sequence[Answer], finished: int) -> xr.Dataset:
-    """The runs as one Dataset with the dimension ``case``; its summary has a list ``cases``. finished: how many runs are."""
+    """Return the runs as one Dataset with the dimension ``case``; its summary has a list ``cases``."""
     import xarray as xr_
 
     pairs = list(zip(plan.cases, answers, strict=False))  # a run may be missing
@@ -111,7 +111,7 @@ def gathered(plan: Plan, answers: Sequence[Answer], finished: int) -> xr.Dataset
 
 
 def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
-    """What is kept of a run: a few variables, sampled no more densely than a figure shows, and the figure's abscissa."""
+    """Reduce a run to a few variables, sampled no more densely than a figure needs, and the figure's abscissa."""
     abscissae = {"phi": ("angle of the rotor", rotor_angle), "psi": ("mean phase of the bodies", mean_phase)}
     for model in ("", "slow_") if "slow_angle" in run else ("",):
         if over in abscissae:

@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: where each run starts, how far it goes, which equations it integrates."""
+"""Question and machine -> plan -> findings: the start of each run, its length, and its equations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from wucht.studies.run_up.spec import RunUp
 
 @dataclass(frozen=True)
 class Case:
-    """One run. value: of the parameter ``along``, if there is one. run: what is integrated."""
+    """One run. value: of the parameter ``along``, if there is one. run: the case to be integrated."""
 
     label: str
     start: Mapping[str, Any]
@@ -28,7 +28,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be done: the runs, at least one. machine: as it was given. several: whether many runs were asked for."""
+    """The runs, at least one. machine: as given. several: True if the question has many runs."""
 
     spec: RunUp
     machine: Machine
@@ -37,7 +37,7 @@ class Plan:
 
 
 def prepare(spec: RunUp, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    """Return the plan. Raises ``InputError`` where the question does not fit the machine."""
     if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
         raise InputError("study.over", spec.over, "must be 'time' or 'phi': no body turns about the rotor")
     cases, starts = [], spec.starts or (spec.start,)
@@ -49,12 +49,12 @@ def prepare(spec: RunUp, machine: Machine) -> Plan:
 
 
 def numbers(plan: Plan) -> float:
-    """At most how many numbers are stored."""
+    """Bound the count of stored numbers."""
     return sum(run.horizon.samples * len(run.models) * numbers_a_sample(run.machine) for run in (c.run for c in plan.cases))
 
 
 def _case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None) -> Case:
-    """One run of a question. Raises ``InputError``."""
+    """Return one run of a question. Raises ``InputError``."""
     if spec.deck is not None and (machine.dimensionless or "y" not in machine.labels):
         raise InputError("study.deck", spec.deck, "allowed only for a machine with units whose carrier moves up and down (y)")
     run = RunUpCase.of(machine, start, spec.settings)
@@ -62,7 +62,7 @@ def _case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float 
 
 
 def _label(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None) -> str:
-    """What distinguishes a run, for a legend: the value of the parameter, the start, or both."""
+    """Return the label of a run in a legend: the value of the parameter, the start, or both."""
     parts = [] if value is None or spec.along is None else [machine.parameters[spec.along].at(value)]
     if spec.starts:
         units = {name: state.unit.si for name, state in start_states(machine).items()}
@@ -78,21 +78,21 @@ def _shown(value: Any, unit: str = "") -> str:
 
 @dataclass(frozen=True)
 class Findings:
-    """The motions of each run, of the full equations first. finished: how many runs are."""
+    """The motions of each run, of the full equations first. finished_count: number of finished runs."""
 
     motions: tuple[tuple[Motion, ...], ...]
     finished: int
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Integrate; the findings after each leg."""
+    """Integrate the runs; yield the findings after each leg."""
     done: list[tuple[Motion, ...]] = []
     count = len(plan.cases)
     for k, case in enumerate(plan.cases):
         part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if plan.several else work
         motions: tuple[Motion, ...] = ()
         for motions in run_up(case.run, part):
-            if not done:  # of later runs only whole ones are shown: they would be taken for finished
+            if not done:  # later runs are reported when they are complete: partial ones would count as finished
                 yield Findings((motions,), 0)
         done.append(motions)
         yield Findings(tuple(done), len(done))

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DECADES = 30.0  # times its last value: an amplitude that falls so far is drawn over a logarithmic scale, too
+_DECADES = 30.0  # times its last value: an amplitude that falls so far is also drawn over a logarithmic scale
 _PANEL = 1.55  # inches: the height of a panel
 _LOWEST = 1e-12  # of the largest amplitude: nothing below is drawn
 _MOST_NAMED, _HEIGHT = 14, 2.3  # of many runs
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Panels of speed, amplitude, phases if there are any, power, and the energy residual; two panels for many run-ups."""
+    """Draw panels of speed, amplitude, phases if any, power, and the energy residual; two panels for many run-ups."""
     if "case" in result.dims:
         return _figure_of_many(result)
     angles = [name for name in ("phase", "rotor_phase") if name in result]
@@ -52,7 +52,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _falls_by_decades(result: xr.Dataset) -> bool:
-    """Whether the amplitude ends so far below its largest that nothing of it is seen there on a linear scale."""
+    """True if the amplitude ends so far below its maximum that a linear scale cannot show it there."""
     seen = _positive(result.amplitude.values)
     return len(seen) > 1 and bool(seen.max() > _DECADES * seen[-len(seen) // 10 :].min())
 
@@ -62,7 +62,7 @@ def _positive(amplitude: np.ndarray) -> np.ndarray:
 
 
 def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
-    """What the figure is drawn over (N,), and its name: time, the rotor's angle, or the mean phase of the bodies about it.
+    """Return the abscissa (N,) and its name: time, the rotor's angle, or the mean phase of the bodies about it.
 
     model: ``"slow_"`` for the run of the averaged equations.
     """
@@ -75,19 +75,19 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
 
 
 def rotor_angle(result: xr.Dataset, model: str) -> np.ndarray:
-    """By how much (N,) the rotor has turned."""
+    """Return the angle (N,) that the rotor has turned."""
     rotor = result[f"{model}angle"].values[0]
     return np.asarray(rotor - rotor[0])
 
 
 def mean_phase(result: xr.Dataset, model: str) -> np.ndarray:
-    """The mean angle (N,) of the bodies about the rotor, to the rotor."""
+    """Return the mean angle (N,) of the bodies about the rotor, relative to the rotor."""
     angle = result[f"{model}angle"].values
     return np.asarray(angle[_with_a_phase(result.phase)].mean(axis=0) - angle[0])
 
 
 def _with_a_phase(phase: xr.DataArray) -> np.ndarray:
-    """Which bodies (n,) have a phase."""
+    """True for bodies (n,) that have a phase."""
     return np.asarray(np.isfinite(phase.values).any(axis=1))
 
 
@@ -111,7 +111,7 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
 
 
 def _look(i: int, name: str, count: int) -> dict[str, Any]:
-    """Of a body's lines in every panel; those beyond the looks that there are share one, with one name."""
+    """Return the style of a body's lines in every panel; bodies beyond the available styles share one, with one name."""
     if i < style.MOST_LOOKS - 1 or count <= style.MOST_LOOKS:
         return style.line_style(i) | {"label": name}
     first = i == style.MOST_LOOKS - 1
@@ -140,7 +140,7 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
 
 
 def _limits(axis: Axes, result: xr.Dataset, name: str, scale: float) -> None:
-    """Between which a quantity stays over time, where few samples a turn are stored."""
+    """Draw the limits of a quantity over time, where few samples a turn are stored."""
     if "span_end" not in result or _over(result) != "time":
         return
     ends = np.append(result.time.values[0], result.span_end.values)
@@ -154,13 +154,13 @@ def _over(result: xr.Dataset) -> str:
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
-    """Phases of bodies to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
+    """Draw phases of bodies to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
     reference, bodies = "the rotor", _with_a_phase(result[name])
     if name == "rotor_phase":
         shaken = bool(np.isfinite(float(result.vibration_frequency)))
         reference = "the vibration" if shaken else str(result.body.values[0])
     own = [str(b) for b in result.body.values[bodies]]
-    shift = int(reference != "the vibration")  # a body has one look in all panels, and the first of them may have no phase
+    shift = int(reference != "the vibration")  # a body has one style in all panels, and the first body may have no phase
     looks = [_look(i + shift, name, len(own) + shift) for i, name in enumerate(own)]
     degrees = np.degrees(result[name].values[bodies])
     begin = angle_panel(axis, degrees)
@@ -172,7 +172,7 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
 
 
 def _figure_of_many(result: xr.Dataset) -> Figure:
-    """Two panels of many run-ups: speed and amplitude of each case, named at the ends of the lines where there is room."""
+    """Draw two panels of many run-ups: speed and amplitude of each case, named at the ends of lines where there is room."""
     drawn, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     cases, over, (scale, unit) = result.wucht.summary["cases"], "abscissa" in result, printed_unit(result, "amplitude")
     few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))

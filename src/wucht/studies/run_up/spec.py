@@ -17,7 +17,7 @@ MOST_RUNS = 500
 
 
 class RunUp(SingleRun):
-    """Start the machine and see what becomes of it.
+    """Start the machine and follow its motion to the end.
 
     It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``.
     """
@@ -27,7 +27,7 @@ class RunUp(SingleRun):
     without_inertia: ClassVar[bool] = True
 
     starts: common.Starts = Field((), description="several initial states: a run each, in one result")
-    along: common.Path | None = Field(None, description="path of a parameter that has several `values`")
+    along: common.Path | None = Field(None, description="path of a parameter with several `values`")
     values: common.Values = Field((), description="values of the parameter `along`: a run each, in one result")
     stored_samples: int | None = Field(None, gt=1, title="samples that are stored at most, of all runs together", description=(
         "samples that are stored at most, of all runs together; by default a million, or as many as take 240 MB"
@@ -41,12 +41,12 @@ class RunUp(SingleRun):
 
     @property
     def settings(self) -> RunSettings:
-        """How each of its runs goes."""
+        """Return the settings of each run."""
         runs = len(self.starts or [0]) * len(self.values or [0])
         return replace(super().settings, stored_samples=self.stored_samples, runs=runs)
 
     def check(self) -> None:
-        """Of many runs one of start and starts, and along with values."""
+        """Check that start and starts exclude each other, and that along comes with values."""
         if self.starts and self.start:
             raise InputError("study.starts", None, "give either start or starts")
         if bool(self.values) != (self.along is not None):

@@ -18,7 +18,10 @@ from wucht.studies.speed_curve.spec import SpeedCurve
 
 @dataclass(frozen=True)
 class Plan:
-    """along, second: the parameters. bounds: of the first. case: the states that are searched and followed."""
+    """The plan of a speed curve.
+
+    along, second: the parameters. bounds: of the first. case: the states to search and follow.
+    """
 
     along: Parameter
     second: Parameter | None
@@ -27,7 +30,7 @@ class Plan:
 
 
 def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
-    """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
+    """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along = parameter_of(subject, spec.along, "along")
     bounds = ends_of(subject, along, spec.range)
     second = None if spec.second is None else parameter_of(subject, spec.second, "second")
@@ -44,5 +47,5 @@ def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
 
 
 def run(plan: Plan, work: Work) -> Iterator[BranchFindings]:
-    """The findings after each branch."""
+    """Yield the findings after each branch."""
     return follow_branches(plan.case, work)

@@ -1,4 +1,4 @@
-"""Findings -> the quantities of a speed curve, and the answer in words."""
+"""Findings -> the quantities of a speed curve, its sentence and its warnings."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from wucht.studies.speed_curve.report import (
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_LOST = 3  # sentences on what could not be followed
-_AT_ZERO = 1e-9  # of the range: a value so near to zero is zero
+_MOST_LOST = 3  # sentences on states that could not be followed
+_AT_ZERO = 1e-9  # of the range: a value this close to zero is zero
 
 
 def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
-    """The Dataset of a speed curve."""
+    """Return the Dataset of a speed curve."""
     found, own, second, names = specials(plan, findings), _own(plan, findings), plan.second, plan.case.states.names
     quantities = [
         *of_points(plan, findings.branches), *of_branches(plan, findings.branches), *of_specials(plan, found),
@@ -57,12 +57,12 @@ def dataset(plan: Plan, findings: BranchFindings) -> xr.Dataset:
 
 
 def _symbol(path: str) -> str:
-    """How a parameter is written in a figure: one of a single name as a symbol."""
+    """Return a parameter's label in a figure: a single name is a symbol."""
     return f"${sp.latex(sp.Symbol(path))}$" if path.isidentifier() else path
 
 
 def _own(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
-    """The states at the subject's own value, the fastest first."""
+    """Return the states at the subject's value of the parameter, the fastest first."""
     made, states = [], plan.case.states
     for own in findings.nominal:
         branch, shown = findings.branches[own.branch], states.ordinates(own.u[:, None])
@@ -82,7 +82,7 @@ def _own(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
 
 
 def _by_angle(plan: Plan, exponents: np.ndarray, speed: float) -> list[list[float]] | None:
-    """Exponents by the rotor's angle instead of time; None where what is drawn is no speed."""
+    """Return exponents by the rotor's angle instead of time; None where the ordinate is no speed."""
     if plan.case.states.words.state is not None or not speed:
         return None
     return [[float(e.real) / abs(speed), float(e.imag) / abs(speed)] for e in exponents]
@@ -115,7 +115,7 @@ def _of_branches(plan: Plan, findings: BranchFindings, found: Sequence[Special],
     }  # fmt: skip
     of_points = {"kind": ("kind", ""), "frequency": ("frequency of the oscillation that begins", unit_of_frequency(plan))}
     stability = {
-        "label": ("states in words", ""), "range": at, "ends": ("how the branch ends", ""),
+        "label": ("label of the states", ""), "range": at, "ends": ("ends of the branch", ""),
         "stable": ("ranges in which all members are stable", at[1]), "stable_speeds": at_ends,
         "partly_stable": ("ranges in which some members are stable", at[1]), "partly_stable_speeds": at_ends,
         "partly_stable_shares": ("shares of stable members at their ends", ""),
@@ -127,7 +127,7 @@ def _of_branches(plan: Plan, findings: BranchFindings, found: Sequence[Special],
         "family_dimension": dimension,
     }  # fmt: skip
     of_curves = {
-        "of": ("kind of the curve's points", ""), "range": at, "ends": ("how the curve ends", ""),
+        "of": ("kind of the curve's points", ""), "range": at, "ends": ("ends of the curve", ""),
         "second_range": ("second parameter", "" if plan.second is None else plan.second.unit),
         "special_points": ("points where a second condition holds", ""),
     }  # fmt: skip
@@ -144,15 +144,15 @@ def _of_search(plan: Plan, searched: Sequence[SearchedValue]) -> list[Quantity]:
     values, along = [s.value for s in searched if s.failure is None], plan.along
     return [
         Quantity("searched_value", [s.value for s in searched], along.words, along.unit, "search"),
-        Quantity("searched_states", np.array([s.states for s in searched], int), "states found there", "", "search"),
+        Quantity("searched_states", np.array([s.states for s in searched], int), "number of states there", "", "search"),
         Quantity("searched", values, f"{along.words} at which all states were searched", along.unit),
         Quantity("complete", bool(searched) and all(s.complete for s in searched), "whether all states are known there"),
-        Quantity("shown", _shown(plan, searched), "how that is shown"),
+        Quantity("shown", _shown(plan, searched), "evidence for that"),
     ]
 
 
 def _shown(plan: Plan, searched: Sequence[SearchedValue]) -> str:
-    """How it is shown that all states were found, or why it is not, for all values at which they were searched."""
+    """Return the evidence that all states are known, or the reason why not, for all values at which they were searched."""
     sentence = next((s.shown for s in searched if not s.complete and s.shown), searched[0].shown if searched else "")
     speeds = [s.speeds for s in searched if s.speeds is not None]
     if not speeds:
@@ -166,7 +166,7 @@ def _near_zero(plan: Plan, value: float) -> float:
 
 
 def _rounded(states: SteadyStates, shown: float) -> float:
-    """What is drawn, without rounding where it is zero."""
+    """Return the ordinate, zero within rounding."""
     return 0.0 if abs(shown) < _AT_ZERO * states.size_of_shown else shown
 
 
@@ -203,12 +203,12 @@ def _span(plan: Plan, values: np.ndarray) -> list[float]:
 
 
 def _upwards(values: np.ndarray, speeds: Sequence[float], i: int, k: int) -> list[float]:
-    """What is drawn at both ends of a stretch, that at the lower value first."""
+    """Return the ordinates at both ends of a stretch, that at the lower value first."""
     return [speeds[i], speeds[k]] if values[i] <= values[k] else [speeds[k], speeds[i]]
 
 
 def _curves(plan: Plan, findings: BranchFindings) -> list[dict[str, Any]]:
-    """Of folds and Hopf points in two parameters, with the points on them where a second condition holds."""
+    """Return the curves of folds and Hopf points in two parameters, with the points where a second condition holds."""
     if plan.case.plane is None:
         return []
     listed, states = [], plan.case.states
@@ -233,9 +233,9 @@ def _sentence(plan: Plan, findings: BranchFindings, found: Sequence[Special]) ->
     branches, (low, high) = findings.branches, plan.bounds
     if not branches:
         if not findings.complete:
-            return "the study was interrupted before a branch was found"
+            return "the study was interrupted before the first branch"
         of = f" {' or '.join(plan.case.only)}," if plan.case.only else ""
-        return f"no steady states were found,{of} between {plan.along.at(low, 5)} and {high:.5g}"
+        return f"there are no steady states,{of} between {plan.along.at(low, 5)} and {high:.5g}"
     stable = sum(bool(b.intervals(Stability.ALL)) for b in branches)
     partly = sum(bool(b.intervals(Stability.SOME)) for b in branches)
     count = counted(len(branches), "branch of steady states", "branches of steady states")
@@ -260,7 +260,7 @@ def _sentence(plan: Plan, findings: BranchFindings, found: Sequence[Special]) ->
 
 
 def _warnings(plan: Plan, findings: BranchFindings) -> list[str]:
-    """What is left out, doubtful, or not yet done."""
+    """Return warnings on omissions, doubts, and unfinished work."""
     states, path = plan.case.states, plan.along.path
     lines = [*states.words.warnings]
     for failure in dict.fromkeys(s.failure for s in findings.searched if s.failure):
@@ -269,10 +269,10 @@ def _warnings(plan: Plan, findings: BranchFindings) -> list[str]:
         lines.append(f"at {where} states could not be searched: {failure}")
     lines += [*findings.lost[:_MOST_LOST]]
     if len(findings.lost) > _MOST_LOST:
-        lines.append(f"so are {len(findings.lost) - _MOST_LOST} more states")
+        lines.append(f"and {len(findings.lost) - _MOST_LOST} more states")
     incomplete = next((s for s in findings.searched if s.failure is None and not s.complete), None)
     if incomplete is not None:
-        lines.append(f"it is not shown that all states were found: {incomplete.shown}")
+        lines.append(f"it is not proved that all states are known: {incomplete.shown}")
     lines += _of_stability(plan, findings)
     if not findings.complete:
         lines.append(f"{counted(len(findings.branches), 'branch is', 'branches are')} followed; the search is not finished")
@@ -280,7 +280,7 @@ def _warnings(plan: Plan, findings: BranchFindings) -> list[str]:
 
 
 def _of_stability(plan: Plan, findings: BranchFindings) -> list[str]:
-    """Where stability changes and it is not known where exactly; and what stability is of a family."""
+    """Return warnings on changes of stability that are not located, and on the stability of families."""
     lines = []
     for k, b in enumerate(findings.branches):
         gaps = [f"{b.values[i]:.5g} and {b.values[j]:.5g}" for i, j in b.unlocated]
@@ -291,11 +291,11 @@ def _of_stability(plan: Plan, findings: BranchFindings) -> list[str]:
     families = sorted({b.dimension for b in findings.branches if b.dimension})
     if families:
         of = " and ".join(map(str, families))
-        why = "one member stands for each where a state is shown; its exponents are those transverse to the family"
+        why = "one member represents each where a state is listed; its exponents are those transverse to the family"
         lines.append(f"the states in which the unbalances compensate form families of dimension {of}: {why}")
     if any(b.intervals(Stability.SOME) for b in findings.branches):
         lines.append(
-            f"of a family {LOOKED_AT} members are looked at: these alone tell where some are stable, and where all are;"
-            " the limits of rare members may lie farther out"
+            f"of a family {LOOKED_AT} members are examined: these alone decide where some are stable, and where all are;"
+            " the limits of rare members may be wider"
         )
     return lines

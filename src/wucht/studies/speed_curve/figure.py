@@ -17,19 +17,19 @@ from wucht.plots.stability_lines import Symbol, draw_kinds, entries_of_kinds, en
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
 from wucht.results.formatting import label, named, printed_unit, with_unit
 
-Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of the parameter's values and what there is: what is drawn
+Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (values of the parameter, variable) -> ordinate
 
-_LINES: dict[int, dict[str, Any]] = {  # by how many disturbances grow; 2: or more
+_LINES: dict[int, dict[str, Any]] = {  # by the number of growing disturbances; 2: or more
     0: {"linestyle": "-", "linewidth": 1.8, "zorder": 3},
     1: {"linestyle": (0, (4, 2)), "linewidth": 1.1, "zorder": 2},
     2: {"linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.1, "zorder": 2},
     3: {"linestyle": (0, (1, 1)), "linewidth": 2.0, "zorder": 3},
 }
-_SOME = 3  # of the lines: of a family some members are stable
+_SOME = 3  # line of families with some stable members
 _WORDS = {
     0: "stable", 1: "unstable", 2: "unstable, several\ndisturbances grow", _SOME: "some members of\nthe family stable",
 }  # fmt: skip
-_NAMED = {"compensating": 2, "together": 0, "opposed": 1}  # colours of these, whatever else there is
+_NAMED = {"compensating": 2, "together": 0, "opposed": 1}  # fixed colours of these states
 _MARKS: dict[str, Symbol] = {
     "fold": ("o", "white", ""), "hopf": ("D", "white", "Hopf point"), "branch-point": ("s", "black", ""),
     "some-stable": ("<", "white", "first members stable"), "all-stable": (">", "white", "all members stable"),
@@ -40,13 +40,13 @@ _DECADES = 100.0  # a range over which the abscissa is logarithmic
 _ROOM = 0.06
 _NO_NAME = "steady states"
 _WIDEST = 23  # characters of a line of a legend
-_MOST_NAMED = 7  # values of the second parameter in the legend, if their colours are those of a scale
+_MOST_NAMED = 7  # values of the second parameter in the legend, if a colour scale is needed
 _NONE = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
 _AS_PRESCRIBED = 1e-9
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Panels over the parameter from a speed curve's Dataset alone: speed, amplitude if something vibrates, and the curves of
+    """Draw panels over the parameter from a speed curve's Dataset alone: speed, amplitude if there is one, and the curves of
     special points where there is a second parameter with a range.
     """
     vibrates, plane = bool((result.amplitude.values > 0).any()), "curve_value" in result
@@ -75,7 +75,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _ratio(result: xr.Dataset) -> Shown | None:
-    """What is drawn over a parameter that is a speed too: the ratio to it. None: what is drawn is drawn itself."""
+    """Return the ratio of the ordinate to the parameter if both are speeds. None: the ordinate is drawn unchanged."""
     both = (result.wucht.summary["show"], result.attrs["along_unit"], result.speed.attrs["units"])
     if not result.sizes["point"] or both[0] is not None or not both[1] or both[1] != both[2]:
         return None
@@ -89,7 +89,7 @@ def _ratio(result: xr.Dataset) -> Shown | None:
 
 
 def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, colours: dict[str, str], used: set[int]) -> None:
-    """All branches with their special points. used: which kinds of lines are drawn."""
+    """Draw all branches with their special points. line_codes: collects the styles of the drawn lines."""
     of = shown or (lambda _, y: y)
     y = of(result.value.values, result[name].values)
     size = max(float(np.ptp(y[np.isfinite(y)])), _AS_PRESCRIBED) if np.isfinite(y).any() else 1.0
@@ -108,12 +108,12 @@ def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, co
 
 
 def _types(axis: Axes, result: xr.Dataset, of: str, shown: Shown | None) -> None:
-    """The type of its states on each branch, where it is farthest from the others and from special points, if there is room."""
+    """Write the type of its states on each branch, farthest from the others and from special points, if there is room."""
     if np.isfinite(result.second_value.values).any():
         return
 
     def placed(prefix: str) -> np.ndarray:
-        """In terms of the panel (2, N)."""
+        """Return points in coordinates of the panel (2, N)."""
         value, y = result[f"{prefix}value"].values, result[f"{prefix}{of}"].values
         y = y if shown is None else shown(value, y)
         low, high = (np.log10(result.attrs[e]) if _logarithmic(result) else result.attrs[e] for e in ("low", "high"))
@@ -139,7 +139,7 @@ def _logarithmic(result: xr.Dataset) -> bool:
 
 
 def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
-    """The curves of folds and Hopf points in both parameters."""
+    """Draw the curves of folds and Hopf points in both parameters."""
     number, named = result.curve.values, set[str]()
     for k in range(result.sizes["curve_number"]):
         at, of, states = number == k, str(result.curve_of.values[k]), str(result.curve_label.values[k])
@@ -169,17 +169,17 @@ def _symbol(result: xr.Dataset) -> str:
 
 
 def _with_its_unit(number: str, unit: str) -> str:
-    """Not parted where lines are broken."""
+    """Return a number with its unit, without a line break between them."""
     return f"{number} {unit}".rstrip().replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _wrapped(text: str) -> str:
-    """A name in a legend, in lines that fit beside the panels."""
+    """Wrap a name in a legend into lines that fit beside the panels."""
     return "\n".join(part for line in text.splitlines() for part in textwrap.wrap(line, _WIDEST))
 
 
 def _key(result: xr.Dataset, branch: int) -> str:
-    """What the branches of one colour have in common: the value of the second parameter, or what their states are called."""
+    """Return the key of a branch's colour: the value of the second parameter, or the label of its states."""
     second = float(result.second_value[branch])
     if np.isnan(second):
         return str(result.branch_label.values[branch])
@@ -189,7 +189,7 @@ def _key(result: xr.Dataset, branch: int) -> str:
 
 
 def _colours(result: xr.Dataset) -> dict[str, str]:
-    """By key: of named states always the same, where a name stands for a single key; of many values those of a scale."""
+    """Return colours by key: fixed ones for named states, where a name has a single key; a scale for many values."""
     values = {_key(result, k): float(result.second_value[k]) for k in range(result.sizes["branch"])}
     if len(values) > len(COLOURS) and np.isfinite(list(values.values())).all():
         return dict(zip(sorted(values, key=lambda key: values[key]), shades(len(values)), strict=True))
@@ -205,7 +205,7 @@ def _colours(result: xr.Dataset) -> dict[str, str]:
 
 
 def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, int, str, int]]]]:
-    """Of each branch its points and the stretches that are drawn as one line: first, last, key, and kind of line."""
+    """Yield the points of each branch and its stretches that are drawn as one line: first, last, key, and style."""
     share, grow = result.stable_share.values, result.unstable.values
     code = np.where(result.stable.values > 0, 0, np.where((share > 0) & (share < 1), _SOME, np.clip(grow, 1, 2)))
     neutral = (code == 1) & (grow == 0)
@@ -220,11 +220,11 @@ def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, in
 
 
 def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> None:
-    """With a second parameter its value stands at each fold, so that curves are told apart without their colours."""
+    """Draw special points; with a second parameter, its value is written at each fold to distinguish curves without colours."""
     kinds = result.special_kind.values.astype(str)
     x, y = result.special_value.values, of(result.special_value.values, result[f"special_{name}"].values)
     draw_kinds(axis, x, y, kinds, _MARKS)
-    many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then they would be written over one another
+    many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then the values would overlap
     for i in [] if many else np.flatnonzero(kinds == "fold").tolist():
         branch = int(result.special_branch[i])
         if np.isfinite(second := float(result.second_value[branch])) and result.attrs["low"] < x[i] < result.attrs["high"]:

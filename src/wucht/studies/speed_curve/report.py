@@ -1,4 +1,4 @@
-"""A speed curve in words, and its variables: points, branches, special points, and curves in two parameters."""
+"""The report of a speed curve, and its variables: points, branches, special points, and curves in two parameters."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _WORDS = {
 _BESIDE = {
     "some-stable": "on one side some members of the family are stable, on the other none",
     "all-stable": "on one side all members of the family are stable, on the other not all",
-    "unresolved": "something changes here that is no simple fold, Hopf or branch point, or several lie too close together",
+    "unresolved": "this change is no simple fold, Hopf or branch point, or several lie too close together",
 }
 _CURVES = {"fold": "folds", "hopf": "Hopf points"}
 _PLAIN = ("the range ends", "it is closed")
 
 
 def label_of(name: str | None, type_: str | None, split: tuple[int, int] | None) -> str:
-    """What states of a branch are called in a legend: ``type II, together``, ``opposed 3 : 1``."""
+    """Return the label of a branch's states in a legend: ``type II, together``, ``opposed 3 : 1``."""
     if name is None:
         return "steady states"
     apart = f" {split[0]} : {split[1]}" if split is not None and name == "opposed" and sum(split) > 2 else ""
@@ -51,12 +51,12 @@ def label_of(name: str | None, type_: str | None, split: tuple[int, int] | None)
 
 
 def counted(number: int, one: str, several: str) -> str:
-    """``one fold``, ``3 folds``."""
+    """Return a number with its noun: ``one fold``, ``3 folds``."""
     return f"one {one}" if number == 1 else f"{number} {several}"
 
 
 def in_words(kinds: Sequence[str]) -> str:
-    """``2 folds, one Hopf point``; empty where there is none."""
+    """Return the numbers of points by kind: ``2 folds, one Hopf point``; empty without points."""
     return ", ".join(
         counted(kinds.count(kind), *_WORDS.get(kind, (kind.replace("-", " "), f"{kind.replace('-', ' ')}s")))
         for kind in dict.fromkeys(kinds)
@@ -64,19 +64,19 @@ def in_words(kinds: Sequence[str]) -> str:
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a speed curve."""
+    """Return the lines that ``wucht run`` prints for a speed curve."""
     s = result.wucht.summary
     lines = [result.attrs["title"], f"verdict: {s['sentence']}", *_of_branches(result, s), *_of_points(result, s)]
     complete = "yes" if s["complete"] else "not shown"
     count = counted(len(s["searched"]), "value", "values")
     if s["searched"]:
-        shown = f"{s['shown']}; what lies between these alone may be missing"
+        shown = f"{s['shown']}; only branches between these values may be missing"
         lines.append(f"  complete     {complete} at {count} of {s['along']}: {shown}")
     if s["inertia"] is not None:
         lines += [
-            "  stability    in the averaged equations; study.kind = 'synchronous-states' has that in the full ones",
-            "  left out     motions in which bodies turn at different mean speeds, or in which the speed beats; of these "
-            "study.kind = 'orbit-branch' has the beating ones",
+            "  stability    in the averaged equations; study.kind = 'synchronous-states' has that in the full equations",
+            "  left out     motions with bodies of different mean speeds, or with modulated speed; of these "
+            "study.kind = 'orbit-branch' has the modulated ones",
         ]
     return lines
 
@@ -85,7 +85,7 @@ def _of_branches(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
     (speed, _), along, unit = _formats(result), s["along"], f" {s['along_unit']}".rstrip()
 
     def stretches(branch: dict[str, Any], word: str) -> str:
-        """Of one kind of stability, with what is drawn at the ends."""
+        """Return the ranges of one kind of stability, with the ordinates at their ends."""
         both = zip(branch[f"{word}stable"], branch[f"{word}stable_speeds"], strict=True)
         return " and ".join(f"{x:.5g} to {y:.5g}{unit} ({speed(a)} to {speed(b)})" for (x, y), (a, b) in both)
 
@@ -109,7 +109,7 @@ def _of_branches(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
 
 
 def _of_points(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
-    """Special points, those of curves in two parameters, and the states at the subject's own value."""
+    """Return lines on special points, on curves in two parameters, and on the states at the subject's value."""
     speed, amplitude = _formats(result)
     lines, along, unit = [], s["along"], f" {s['along_unit']}".rstrip()
     of_second, shown = f" {s['second_unit'] or ''}".rstrip(), "speed " if s["show"] is None else f"{s['show']} = "
@@ -140,7 +140,7 @@ def _of_points(result: xr.Dataset, s: dict[str, Any]) -> list[str]:
 
 
 def _formats(result: xr.Dataset) -> tuple[Callable[[float], str], Callable[[float | None], str]]:
-    """How what is drawn and the amplitude are written, the latter after a comma, if there is one."""
+    """Return the formats of the ordinate and of the amplitude, the latter after a comma, if there is one."""
     speed, length = formats(result, str(result.amplitude.attrs["units"]))
     if result.wucht.summary["show"] is not None:
         unit = str(result.speed.attrs["units"])
@@ -157,7 +157,7 @@ _ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branche
 
 @dataclass(frozen=True)
 class Special:
-    """A special point u (n+1,) of a branch, by its number. frequency: of a Hopf point. second: value of that parameter."""
+    """A special point u (n+1,) of a numbered branch. frequency: of a Hopf point. second: value of the second parameter."""
 
     kind: str
     u: np.ndarray
@@ -169,7 +169,7 @@ class Special:
 
 
 def specials(plan: Plan, findings: BranchFindings) -> list[Special]:
-    """All special points; one on two branches once."""
+    """Collect all special points; one on two branches counts once."""
     found: list[Special] = []
     curves = dict(plan.case.curves)
     for k, branch in enumerate(findings.branches):
@@ -196,7 +196,7 @@ def _frequency_of(exponents: np.ndarray) -> float:
 
 
 def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
-    """The points of all branches."""
+    """Return the points of all branches."""
     states, curves = plan.case.states, dict(plan.case.curves)
     words, n = states.words, len(states.names)
     seen = [curves[b.second].ordinates(b.u) for b in branches]
@@ -206,7 +206,7 @@ def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantit
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
     return [
         *of_steady_branches("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)),
-        Quantity("unstable", joined(growing).astype(int), "how many disturbances grow", "", "point"),
+        Quantity("unstable", joined(growing).astype(int), "number of growing disturbances", "", "point"),
         Quantity("stable_share", joined(shares), "share of a family's members that are stable", "", "point"),
         Quantity("at_special", joined(at_special).astype(np.int8), "a special point", "", "point"),
         Quantity("state", joined([b.u[:-1] for b in branches], n), "states of the equations", "", "state point"),
@@ -216,7 +216,7 @@ def of_points(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantit
 
 
 def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quantity]:
-    """What is known of each branch."""
+    """Return the names, types and multiplicities of the branches."""
     kinds = [b.kind for b in branches]
     labels = np.array([label_of(k.name, k.type, k.split) for k in kinds], "U40")
     what, unit = ("second parameter", "") if plan.second is None else (plan.second.words, plan.second.unit)
@@ -232,7 +232,7 @@ def of_branches(plan: Plan, branches: Sequence[EquilibriumBranch]) -> list[Quant
 
 
 def of_specials(plan: Plan, found: Sequence[Special]) -> list[Quantity]:
-    """The special points."""
+    """Return the special points."""
     states, words = plan.case.states, plan.case.states.words
     table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
     frequency = np.array([s.frequency for s in found], float)
@@ -250,13 +250,13 @@ def of_specials(plan: Plan, found: Sequence[Special]) -> list[Quantity]:
 
 
 def unit_of_frequency(plan: Plan) -> str:
-    """Of an oscillation."""
+    """Return the unit of an oscillation's frequency."""
     rate = plan.case.states.words.rate
     return f"rad{rate.removeprefix('1')}" if rate else ""
 
 
 def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> list[Quantity]:
-    """The states at the subject's own value."""
+    """Return the states at the subject's value of the parameter."""
     words = plan.case.states.words
     return [
         Quantity("own_speed", [s["speed"] for s in own], words.shown, words.unit, "own"),
@@ -271,7 +271,7 @@ def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> list[Quantity]:
 
 
 def of_curves(plan: Plan, curves: Sequence[BifurcationCurve]) -> list[Quantity]:
-    """The curves of folds and Hopf points in two parameters."""
+    """Return the curves of folds and Hopf points in two parameters."""
     if plan.second is None or plan.case.plane is None:
         return []
     states, words = plan.case.states, plan.case.states.words

@@ -15,7 +15,7 @@ _FEWEST, _MOST = 1, 200
 
 
 class SpeedCurve(Spec):
-    """All branches of steady operation over a parameter, from the averaged equations, with where they turn and lose stability.
+    """All branches of steady operation over a parameter, from the averaged equations, with their folds and stability limits.
 
     002 (3.51)-(3.52), (5.1)-(5.15), figures 3.2, 5.2, 5.3, A.1.
     """
@@ -30,7 +30,7 @@ class SpeedCurve(Spec):
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Pair
     points: Whole = Field(5, description=(
-        "number of values in the range at which, and near both of its ends, all steady states are searched; each that is on no "
+        "number of values in the range at which, besides those near both ends, all steady states are searched; each on no "
         "known branch is followed both ways"
     ))  # fmt: skip
     only: Names | None = None
@@ -49,11 +49,11 @@ class SpeedCurve(Spec):
 
     @property
     def settings(self) -> BranchSettings:
-        """Which steady states are searched and followed."""
+        """Return the settings of the search for steady states and of their continuation."""
         return BranchSettings(self.points, self.only, self.show, self.ranges, self.inertia)
 
     def check(self) -> None:
-        """The number of points, and that the keys of the second parameter are complete."""
+        """Check the number of points, and that the keys of the second parameter are complete."""
         if not _FEWEST <= self.points <= _MOST:
             raise InputError("study.points", self.points, f"must be a whole number from {_FEWEST} to {_MOST}")
         if self.second is not None and self.second == self.along:

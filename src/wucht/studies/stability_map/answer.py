@@ -21,7 +21,7 @@ _MOST_LOST = 4
 
 
 def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
-    """The Dataset of a stability map."""
+    """Return the Dataset of a stability map."""
     parts = plan.parts(findings)
     a, b, third = plan.along, plan.second, plan.third
     unit = third.unit if third is not None else ""
@@ -38,19 +38,19 @@ def dataset(plan: MapPlan[F], findings: F) -> xr.Dataset:
         Quantity("boundary_value", value, what, unit, "boundary_point"),
         Quantity("boundary", numbers, "boundary", "", "boundary_point"),
         Quantity("boundary_name", np.array([*parts.lines], "U96"), "name", "", "boundary_number"),
-        Quantity("boundary_group", np.array([line.kind for line in lines], "U96"), "drawn alike", "", "boundary_number"),
+        Quantity("boundary_group", np.array([line.kind for line in lines], "U96"), "group of one style", "", "boundary_number"),
         Quantity("mark_x", [m.x for m in parts.marks], a.words, a.unit, "mark"),
         Quantity("mark_y", [m.y for m in parts.marks], b.words, b.unit, "mark"),
         Quantity("mark_value", [m.value for m in parts.marks], what, unit, "mark"),
         Quantity("mark_kind", np.array([m.kind for m in parts.marks], "U32"), "kind of the point", "", "mark"),
-        Quantity("mark_label", np.array([_in_words(m) for m in parts.marks], "U48"), "point in words", "", "mark"),
+        Quantity("mark_label", np.array([_in_words(m) for m in parts.marks], "U48"), "label of the point", "", "mark"),
         Quantity("place_x", [p.x for p in parts.places], a.words, a.unit, "place"),
         Quantity("place_y", [p.y for p in parts.places], b.words, b.unit, "place"),
-        Quantity("place_label", np.array([p.label for p in parts.places], "U96"), "what is the case there", "", "place"),
+        Quantity("place_label", np.array([p.label for p in parts.places], "U96"), "motions there", "", "place"),
         Quantity("place_begins", [p.begins for p in parts.places], f"{what} where the motion begins", unit, "place"),
         Quantity("place_ends", [p.ends for p in parts.places], f"{what} where the motion ends", unit, "place"),
         Quantity("region", parts.areas.index.astype(np.int16), "region", "", "y x"),
-        Quantity("region_label", np.array(parts.labels, "U96"), "what is the case there", "", "region_number"),
+        Quantity("region_label", np.array(parts.labels, "U96"), "motions there", "", "region_number"),
         Quantity("region_tone", np.array(parts.tones, int), "tone", "", "region_number"),
         Quantity("region_hatch", np.array(parts.hatches, int), "hatch", "", "region_number"),
         Quantity("region_x", inmost[0], a.words, a.unit, "region_number"),
@@ -73,7 +73,7 @@ def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
     values = {name: line.value.tolist() for name, line in parts.lines.items() if np.isfinite(line.value).all()}
     of_points = {p.path: (p.words, p.unit) for p in parameters}
     of_points |= {"kind": ("kind of the point", ""), "values": ("values of the parameters", "")}
-    of_regions = {"label": ("what is the case there", ""), "share": ("share of the plane", "")}
+    of_regions = {"label": ("motions there", ""), "share": ("share of the plane", "")}
     names, ranges = ("along", "second", "eliminate"), ("range", "second_range", "eliminate_range")
     axes = zip(names, ranges, parameters, (*plan.bounds, plan.ends), strict=False)
     return [
@@ -90,8 +90,8 @@ def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
         Quantity("boundary_values", values, "values of the eliminated parameter there"),
         *table("points", points, "points at which boundaries meet", of_points),
         *table("regions", regions, "regions of the plane", of_regions),
-        Quantity("everywhere", list(parts.everywhere), "what is the case in the whole plane"),
-        Quantity("places", len(parts.places), "number of places that were computed one by one"),
+        Quantity("everywhere", list(parts.everywhere), "stable states in the whole plane"),
+        Quantity("places", len(parts.places), "number of separately computed places"),
         Quantity("against", len(parts.against), "number of places that contradict their region"),
         Quantity("runs", parts.runs, "number of runs"),
     ]
@@ -102,14 +102,14 @@ def _in_words(mark: PlanePoint) -> str:
 
 
 def _point(mark: PlanePoint, parameters: Sequence[Parameter]) -> dict[str, Any]:
-    """Under the names of the parameters, too, where the table has no other key of the name."""
+    """Return the entry of a point, with its values under the names of the parameters too, unless they are other keys."""
     values = [x for x in (mark.x, mark.y, mark.value)[: len(parameters)] if not math.isnan(x)]
     return dict(zip([p.path for p in parameters], values, strict=False)) | {"kind": mark.kind, "values": values}
 
 
 def _sentence(plan: MapPlan[Any], parts: MapParts) -> str:
     if not parts.places:
-        return "the study was interrupted before a place was looked at"
+        return "the study was interrupted before the first place"
     areas = sorted(shares(parts.areas, parts.labels).items(), key=lambda area: -area[1])
     return plan.sentence(parts, dict(areas))
 
@@ -117,20 +117,18 @@ def _sentence(plan: MapPlan[Any], parts: MapParts) -> str:
 def _warnings(plan: MapPlan[F], findings: F, parts: MapParts) -> list[str]:
     lines = [*plan.warnings, *parts.lost[:_MOST_LOST]]
     if len(parts.lost) > _MOST_LOST:
-        lines.append(f"so are {len(parts.lost) - _MOST_LOST} more")
+        lines.append(f"and {len(parts.lost) - _MOST_LOST} more")
     if parts.against and findings.complete:
         p = parts.against[0]
         where = f"{plan.along.path} = {p.x:.4g}, {plan.second.path} = {p.y:.4g}"
-        lines.append(
-            f"{len(parts.against)} of {len(parts.places)} places say otherwise than their region, such as {where}: {p.label}"
-        )
+        lines.append(f"{len(parts.against)} of {len(parts.places)} places contradict their region, such as {where}: {p.label}")
     if not findings.complete:
-        lines.append(f"{len(parts.places)} places were looked at; the map is not finished")
+        lines.append(f"{len(parts.places)} places are examined; the map is not finished")
     return lines
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for a stability map."""
+    """Return the lines that ``wucht run`` prints for a stability map."""
     s = result.wucht.summary
     along, second = s["along"], s["second"]
     lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
@@ -144,7 +142,5 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(f"  {100 * region['share']:5.1f} %  {region['label']}")
     agree = s["places"] - s["against"]
     runs = f", by {s['runs']} runs from several starts," if s.get("runs") else ""
-    lines.append(
-        f"  checked      {agree} of {s['places']} places that were looked at one by one{runs} agree with the boundaries"
-    )
+    lines.append(f"  checked      {agree} of {s['places']} separately examined places{runs} agree with the boundaries")
     return lines

@@ -1,4 +1,4 @@
-"""Question and subject -> plan -> findings: the map of all motions, or that of how the modulated motion ends."""
+"""Question and subject -> plan -> findings: the map of all motions, or that of the ends of the modulated motion."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import MODULATED, UNKNOWN, F, MapParts, MapPlan, Place, by_name
 from wucht.studies.stability_map.spec import StabilityMap
 
-UNNAMED = "a steady state that was not found"
-UNSETTLED = "a motion that neither rests nor repeats itself"
+UNNAMED = "an unidentified steady state"
+UNSETTLED = "a motion that is neither steady nor periodic"
 ORBIT_CURVES: Mapping[str, str] = {
     "branch-point": "loses stability sideways",
     "fold": "fold",
@@ -51,26 +51,26 @@ SHORT: Mapping[str, str] = {
     NONE: "no modulated motion",
 }
 TONES: Mapping[str, int] = {SADDLE_NODE_ON_ORBIT: 2, SADDLE_CONNECTION: 1, RANGE: 3, NONE: 0}
-_SAME_SIDES = 0.5  # of a curve's points: a curve with different things on both sides at fewer of them parts nothing
-_SMALL_PARTS = 12  # points at its ends, at most, that are not looked at
+_SAME_SIDES = 0.5  # of a curve's points: a curve with different regions on both sides at fewer points separates nothing
+_SMALL_PARTS = 12  # points: a longer curve is judged without its ends
 _CELLS_OF_STATES, _CELLS_OF_ENDINGS = 12, 6  # a side, by default
 
 
 def prepare(spec: StabilityMap, subject: Machine | OwnEquations) -> StatePlan | EndingPlan:
-    """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
+    """Return the plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
     along, second = parameter_of(subject, spec.along, "along"), parameter_of(subject, spec.second, "second")
     bounds = ends_of(subject, along, spec.range), ends_of(subject, second, spec.second_range, "second_range")
     return (StatePlan if spec.eliminate is None else EndingPlan).of(spec, subject, along, second, bounds)
 
 
 def run(plan: MapPlan[F], work: Work) -> Iterator[F]:
-    """The findings, each more complete than those before."""
+    """Yield the findings, each more complete than those before."""
     return plan.run(work)
 
 
 @dataclass(frozen=True, eq=False)
 class StatePlan(MapPlan[StateFindings]):
-    """There is no third parameter."""
+    """The plan of a map of all motions, without a third parameter."""
 
     case: StateMapCase
 
@@ -91,7 +91,7 @@ class StatePlan(MapPlan[StateFindings]):
         """See ``MapPlan``."""
         listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in areas.items())
         everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
-        left_out = "; modulated motions were not sought" if self.case.motion is None else ""
+        left_out = "; modulated motions were not searched" if self.case.motion is None else ""
         return f"{everywhere}{listed} of the plane{left_out}"
 
     def parts(self, findings: StateFindings) -> MapParts:
@@ -104,7 +104,7 @@ class StatePlan(MapPlan[StateFindings]):
         kinds, against = kinds_of(areas, keyed)
         read = [_read(kind) for kind in kinds]
         sought = self.case.motion is not None
-        labels = [state_label(names, level, sought) if known else "not looked at" for names, level, known in read]
+        labels = [state_label(names, level, sought) if known else "not examined" for names, level, known in read]
         hatched = sorted({tuple(names) for names, _, _ in read if names})
         hatches = [1 + hatched.index(tuple(names)) if names else 0 for names, _, _ in read]
         lines = [_line(f"{c.of}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
@@ -131,7 +131,7 @@ def _line(kind: str, x: np.ndarray, y: np.ndarray) -> PlaneCurve:
 
 
 def state_label(names: Sequence[str], level: int, sought: bool) -> str:
-    """``together, modulated motion stable``: what is stable besides what is everywhere. sought: modulated motions were."""
+    """Return a label such as ``together, modulated motion stable``. includes_orbits: modulated motions were searched."""
     parts = [*names, LEVELS[level]] if level else [*names]
     return ", ".join(parts) or ("nothing else" if sought else "no other steady state")
 
@@ -142,13 +142,13 @@ def _read(kind: str) -> tuple[list[str], int, bool]:
 
 
 def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
-    """Each place with the stable motions there: steady states by name, and how stable modulated ones are, see ``LEVELS``.
+    """Return each place with its stable motions: steady states by name, and the level of modulated ones, see ``LEVELS``.
 
-    They are those of the branches, and those that runs from several starts have reached.
+    They are those of the branches, and those reached by runs from several starts.
     """
     reached = {(r.x, r.y): r for r in findings.reached}
     across = case.centres(0).tolist()
-    # The rows of the cells come first; each of the others is of one place.
+    # The rows of the cells come first; each further row has one place.
     values = [across] * case.cells + [[x] for x, _ in findings.extra]
     found = []
     for row, xs in zip(findings.rows, values, strict=False):
@@ -163,7 +163,7 @@ def _examined(case: StateMapCase, findings: StateFindings) -> list[tuple[float, 
 
 
 def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Those parts of fold curves that lie on the modulated motion: between rows whose branch ends there."""
+    """Return the parts of fold curves on the modulated motion: between rows whose branch ends there."""
     half = (case.bounds[1][1] - case.bounds[1][0]) / case.cells / 2
     parts = []
     for c in findings.curves:
@@ -198,7 +198,7 @@ def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: 
 
 @dataclass(frozen=True, eq=False)
 class EndingPlan(MapPlan[EndingFindings]):
-    """third: the parameter that changes."""
+    """The plan of a map of endings. third: the parameter that changes."""
 
     third: Parameter
     case: EndingMapCase
@@ -244,12 +244,12 @@ class EndingPlan(MapPlan[EndingFindings]):
         )  # fmt: skip
 
     def _unexplained(self, findings: EndingFindings) -> list[str]:
-        """A sentence on neighbouring places that differ, with no curve between them."""
+        """Return a warning on neighbouring places that differ, with no curve between them."""
         if not findings.complete or not (left := unexplained(self.case, findings)):
             return []
         one, other = left[0]
         return [
-            f"between {len(left)} pairs of neighbouring places no curve was found, such as {self.along.path} = {one.x:.4g}, "
+            f"between {len(left)} pairs of neighbouring places there is no curve, such as {self.along.path} = {one.x:.4g}, "
             f"{self.second.path} = {one.y:.4g} ({ENDINGS.get(one.kind, UNKNOWN)}) and {other.x:.4g}, {other.y:.4g} "
             f"({ENDINGS.get(other.kind, UNKNOWN)})"
         ]

@@ -16,17 +16,17 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 
-_TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of falling lightness where it matters: white, 0.87, 0.70
+_TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of decreasing lightness: white, 0.87, 0.70
 _HATCHES, _HATCH = ("", "///", "...", "\\\\\\", "xxx", "ooo"), "#9A9A9A"
 _HEIGHT = 4.2  # inches
 _DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
 _MARKERS = ("*", "D", "P", "X", "v", "h")
-_LABELLED = 0.036  # of the plane: a region that is large enough for its name
+_LABELLED = 0.036  # of the plane: least size of a region for its name
 _WRAPPED, _CHARACTERS = 20, 65  # characters of a region's name in a line at most, and in the whole width of the plane
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """The plane of both parameters, from a stability map's Dataset alone."""
+    """Draw the plane of both parameters, from a stability map's Dataset alone."""
     drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     axis.grid(visible=False)
     handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
@@ -48,7 +48,7 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
             draw_region(axis, edges[0], edges[1], index == k, hatch, _HATCH, colors=[tone], zorder=0)
         handles.setdefault(labels[k], field(labels[k], tone, hatch))
     for label in dict.fromkeys(labels.tolist()):
-        k = max(np.flatnonzero(labels == label).tolist(), key=lambda k: int((index == k).sum()))  # the largest that bears it
+        k = max(np.flatnonzero(labels == label).tolist(), key=lambda k: int((index == k).sum()))  # the largest with this label
         if (index == k).mean() >= _LABELLED:
             at = float(result.region_x[k]), float(result.region_y[k])
             row = index[np.abs(y - at[1]).argmin()] == k
@@ -76,11 +76,11 @@ def _boundaries(axis: Axes, result: xr.Dataset) -> list[Any]:
 
 
 def _marks(axis: Axes, result: xr.Dataset) -> list[Any]:
-    """Special points of the boundaries, and the places that were examined."""
+    """Draw special points of the boundaries, and the examined places."""
     handles, labels = list[Any](), result.mark_label.values.astype(str)
     look: dict[str, Any] = {"color": "black", "markerfacecolor": "white", "markersize": 9, "markeredgewidth": 1.1, "zorder": 7}
     for i, label in enumerate(dict.fromkeys(labels.tolist())):
         at, marker = labels == label, _MARKERS[i % len(_MARKERS)]
         handles += axis.plot(result.mark_x.values[at], result.mark_y.values[at], marker, linestyle="", label=label, **look)
-    places: dict[str, Any] = {"color": GREY, "markersize": 2.5, "zorder": 2, "label": "looked at one by one"}
+    places: dict[str, Any] = {"color": GREY, "markersize": 2.5, "zorder": 2, "label": "examined places"}
     return handles + axis.plot(result.place_x.values, result.place_y.values, ".", **places)

@@ -1,4 +1,4 @@
-"""What a map is made of, whichever it is: lines, points, places and regions; and what plans of maps have in common."""
+"""The parts of a map: lines, points, places and regions; and the common base of plans of maps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNKNOWN = "not identified"
 
 @dataclass(frozen=True)
 class Place:
-    """A place that was examined, with what is the case there. begins, ends: values of the third parameter."""
+    """An examined place, with its motions. begins, ends: values of the third parameter."""
 
     x: float
     y: float
@@ -32,10 +32,10 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class MapParts:
-    """Of a map. lines: boundaries by name, the kind being what they are drawn by. labels, tones, hatches: of its regions;
+    """The parts of a map. lines: boundaries by name, the kind being their style. labels, tones, hatches: of its regions;
     everywhere: names of states that are stable in all of them.
 
-    against: places that say otherwise than their region. lost: sentences on what is missing. runs: by which places are checked.
+    contradictions: places against their region. omissions: sentences on missing parts. runs: number of checking runs.
     """
 
     lines: Mapping[str, PlaneCurve]
@@ -52,7 +52,7 @@ class MapParts:
 
 
 class MapFindings(Protocol):
-    """complete: nothing is left to do."""
+    """Findings of a map. complete: True if nothing is left to do."""
 
     @property
     def complete(self) -> bool: ...  # noqa: D102
@@ -63,9 +63,9 @@ F = TypeVar("F", bound=MapFindings)
 
 @dataclass(frozen=True, eq=False)
 class MapPlan(ABC, Generic[F]):
-    """What is to be done, and what is made of it.
+    """A plan of a map.
 
-    along, second: the parameters of the plane, with their bounds. warnings: what is doubtful about the equations. third: the
+    along, second: the parameters of the plane, with their bounds. warnings: doubts about the equations. third: the
     parameter whose values lines, marks and places have, if there is one; ends: its range, empty without one.
     """
 
@@ -78,25 +78,25 @@ class MapPlan(ABC, Generic[F]):
 
     @abstractmethod
     def run(self, work: Work) -> Iterator[F]:
-        """The findings, each more complete than those before."""
+        """Yield the findings, each more complete than those before."""
 
     @abstractmethod
     def parts(self, findings: F) -> MapParts:
-        """The map."""
+        """Return the parts of the map."""
 
     @abstractmethod
     def sentence(self, parts: MapParts, areas: Mapping[str, float]) -> str:
-        """The answer. areas: the share of the plane of each label, the largest first."""
+        """Return the answer as a sentence. areas: the share of the plane of each label, the largest first."""
 
 
 def shares(areas: Regions, labels: Sequence[str]) -> dict[str, float]:
-    """Of the plane that each label has."""
+    """Return the share of the plane of each label."""
     sizes = np.bincount(areas.index.ravel(), minlength=areas.count) / areas.index.size
     return {label: float(sizes[[k for k, each in enumerate(labels) if each == label]].sum()) for label in dict.fromkeys(labels)}
 
 
 def by_name(curves: Sequence[PlaneCurve]) -> dict[str, PlaneCurve]:
-    """Curves by their kinds, those of one kind with numbers: ``fold: together``, ``fold: together (2)``."""
+    """Return curves by their kinds, those of one kind with numbers: ``fold: together``, ``fold: together (2)``."""
     count, named = Counter[str](), dict[str, PlaneCurve]()
     for curve in curves:
         count[curve.kind] += 1

@@ -17,7 +17,7 @@ _SEARCHED = 2  # values of the first parameter at which all steady states are se
 
 
 class StabilityMap(Spec):
-    """Where in the plane of two parameters which steady states and modulated motions exist, and where they are stable.
+    """Map the steady states and modulated motions in the plane of two parameters, with their stability.
 
     002, sections 5.1 to 5.3, figure 5.9a.
     """
@@ -34,9 +34,9 @@ class StabilityMap(Spec):
     second: Path = Field(description="path of the second parameter of the plane")
     second_range: Pair = Field(description="pair [low, high] of the second parameter")
     cells: Whole | None = Field(None, description=(
-        "number of cells a side, in whose centres it is determined which motions there are; by default 12, with `eliminate` 6"
+        "number of cells a side, in whose centres the motions are determined; by default 12, with `eliminate` 6"
     ))  # fmt: skip
-    orbits: TrueOrFalse = Field(True, description="whether modulated motions are sought, too")
+    orbits: TrueOrFalse = Field(True, description="whether modulated motions are searched, too")
     together: TrueOrFalse = Field(False, description="whether equal balancing bodies keep equal phases in modulated motion")
     only: Names | None = None
     ranges: Ranges | None = None
@@ -45,23 +45,23 @@ class StabilityMap(Spec):
         "default of the dimensionless machines; that of others is true"
     ))  # fmt: skip
     eliminate: Path | None = Field(None, description=(
-        "path of a third parameter. The map then says how the modulated motion that begins where a stable steady state is "
-        "lost, as this parameter changes, ends as it changes on: the question that 002, section 5.2, leaves open"
+        "path of a third parameter. The map then shows the end of the modulated motion that begins where a stable steady "
+        "state is lost, as this parameter changes further: the question that 002, section 5.2, leaves open"
     ))  # fmt: skip
     eliminate_range: Pair | None = Field(None, description="pair [low, high] of the third parameter, `eliminate`")
 
     @property
     def settings(self) -> BranchSettings:
-        """Which steady states are mapped."""
+        """Return the settings of the steady states."""
         return BranchSettings(_SEARCHED, self.only, None, self.ranges, self.inertia)
 
     @property
     def orbit_settings(self) -> OrbitSettings:
-        """Which modulated motions are mapped."""
+        """Return the settings of the modulated motions."""
         return OrbitSettings(together=self.together, ranges=self.ranges, inertia=self.inertia)
 
     def check(self) -> None:
-        """Three different parameters, and keys that belong together."""
+        """Check that the parameters differ, and that keys that belong together are complete."""
         if self.cells is not None and not _FEWEST <= self.cells <= _MOST:
             raise InputError("study.cells", self.cells, f"must be a whole number from {_FEWEST} to {_MOST}")
         if self.second == self.along:
@@ -75,6 +75,6 @@ class StabilityMap(Spec):
             raise InputError("study.eliminate", self.eliminate, "must be another parameter than along and second")
         if self.eliminate is not None:
             if not self.orbits:
-                raise InputError("study.orbits", False, "must be true with eliminate: the map is one of modulated motions")
+                raise InputError("study.orbits", False, "must be true with eliminate: this map shows modulated motions")
             if self.only is not None:
-                raise InputError("study.only", list(self.only), "not allowed with eliminate, which is about all steady states")
+                raise InputError("study.only", list(self.only), "not allowed with eliminate, which uses all steady states")

@@ -1,1 +1,1 @@
-"""The study ``synchronous-states``: every steady phase configuration of a machine, its name and its stability."""
+"""The study ``synchronous-states``: all steady phase configurations of a machine, with names and stability."""

@@ -27,21 +27,21 @@ _NOTHING = {float: math.nan, int: -1}  # where the summary has None
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """Put steady phase configurations into a Dataset. comparable, an attribute: all turn about one axis.
+    """Return the Dataset of steady phase configurations. comparable, an attribute: all bodies turn about one axis.
 
-    Of a family it has one member, but stable_slow and stable_full hold for all that were examined (-1 where they differ).
+    Of a family it has one member, but stable_slow and stable_full hold for all examined ones (-1 where they differ).
     """
     t, search, unit = plan.torques, findings.search, plan.machine.units.speed
     states, sense = sorted(findings.configurations, key=lambda c: c.rank), float(t.senses[0])
     given, limits = None if t.given is None else sense * t.given, plan.speeds and [sense * w for w in plan.speeds]
     quantities = [
-        Quantity("speed", given, "speed of the main rotor, where it is given", unit),
-        Quantity("range", limits, "lowest and highest speed that are searched", unit),
+        Quantity("speed", given, "given speed of the main rotor", unit),
+        Quantity("range", limits, "lowest and highest speed of the search", unit),
         Quantity("full", plan.spec.full, "whether the multipliers of the full equations are computed"),
         *_of_states(plan.machine, [_entry(c) for c in states]),
         *_of_bodies(plan, states),
-        Quantity("complete", search.complete, "whether these are shown to be all states"),
-        Quantity("shown", search.shown, "how far they are shown to be all"),
+        Quantity("complete", search.complete, "whether these are proved to be all states"),
+        Quantity("shown", search.shown, "evidence for that"),
         *natural_vibrations(t.machine),
         *_of_map(findings.map, unit),
     ]
@@ -54,7 +54,7 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> list[Q
     columns: dict[str, tuple[Any, str, str]] = {
         "name": ("U16", "name", ""),
         "speed": (float, "speed of the main rotor", units.speed),
-        "residual_unbalance": (float, "unbalance that is left", _moment(machine)),
+        "residual_unbalance": (float, "residual unbalance", _moment(machine)),
         "amplitude": (float, "amplitude of the axis", machine.orbit_unit if units.length else ""),
         "growth_slow": (float, "fastest growth in the averaged equations", rate),
         "growth_full": (float, "fastest growth in the full equations", rate),
@@ -68,10 +68,10 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> list[Q
     parts = {key: (what, unit) for key, (_, what, unit) in columns.items()} | NUMBERS | {
         "type": ("kind of force balance", ""),
         "phases": ("phases of the bodies to the rotor", angle),
-        "residual_share": ("unbalance that is left, as a share of the rotor's", ""),
+        "residual_share": ("residual unbalance, as a share of the rotor's", ""),
         "family_stable_share": ("share of the family that is stable", ""),
-        "indifferent": ("whether all greater speeds are as good", ""),
-        "why": ("why the equations disagree or do not decide", ""),
+        "indifferent": ("whether it exists at all greater speeds too", ""),
+        "why": ("reason why the equations disagree or do not decide", ""),
     }  # fmt: skip
     variables = [
         Quantity(
@@ -84,7 +84,7 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> list[Q
 
 
 def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> list[Quantity]:
-    """The phases as the summary has them, and directions of centrifugal forces to the main rotor's, in its sense."""
+    """Return the phases as in the summary, and directions of centrifugal forces to the main rotor's, in its sense."""
     t, angle = plan.torques, "rad" if plan.machine.units.time else ""
     size = dict(zip((b.name for b in t.machine.bodies), np.abs(unbalances(t.machine)), strict=True))
     turned = np.array([c.state.phases for c in states]).reshape(len(states), t.size)
@@ -98,7 +98,7 @@ def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> list[Quantity]:
 
 
 def _of_map(regions: Regions | None, speed: str) -> list[Quantity]:
-    """Where states of each kind are stable; and on which share of the map one is, or none at all."""
+    """Return the regions of the map in which each kind of state is stable, and their shares; that of none too."""
     what, part = "shares of the map", {"stable_share": ("share with a stable state of a kind", "")}
     if regions is None:
         return [Quantity("map", None, what, parts=part)]
@@ -136,24 +136,24 @@ def _entry(c: Configuration) -> dict[str, Any]:
 
 def _sentence(plan: Plan, states: Sequence[Configuration]) -> str:
     if not states:
-        return "no steady phase configurations: the bodies do not turn in step here"
+        return "no steady phase configurations: the bodies do not synchronise here"
     full, apart = plan.spec.full, [c for c in states if not c.overlapping]
-    of_full = " only, undecided in the full ones" if full else " (the full ones were not asked)"
+    of_full = " only, undecided in the full ones" if full else " (the full ones were not evaluated)"
     words = {STABLE: STABLE, STABLE_SLOW: f"stable in the averaged equations{of_full}", UNDECIDED: UNDECIDED}
     present = {verdict: [c for c in apart if c.verdict == verdict] for verdict in words}
     clauses = [f"{words[verdict]}: {_counted(some)}" for verdict, some in present.items() if some]
     if not present[STABLE] and not present[STABLE_SLOW]:
-        none = "none of them shown to be stable" if clauses else "none of them stable"
+        none = "none of them proved stable" if clauses else "none of them stable"
         clauses = [f"{none}{'' if full else ' in the averaged equations'}", *clauses]
     impossible = [c for c in states if c.overlapping and c.verdict in (STABLE, STABLE_SLOW)]
     if impossible:
-        place = "could bodies lie in each other's place: where contacts bring them is seen in a run-up"
+        place = "could bodies overlap: a run-up shows where contacts move them"
         clauses.append(f"{_counted(impossible)} would be, {place}")
     return f"{len(states)} steady phase configuration{'s' if len(states) > 1 else ''}, {'; '.join(clauses)}"
 
 
 def _counted(states: Sequence[Configuration]) -> str:
-    """The names of states, each with its number."""
+    """Return the names of states, each with its count."""
     named = Counter(c.name or "without a name" for c in states)
     order = [n for n in (*NAMES, "without a name") if n in named]
     return ", ".join(f"{n} ({named[n]})" if named[n] > 1 else n for n in order)
@@ -161,11 +161,11 @@ def _counted(states: Sequence[Configuration]) -> str:
 
 def _warnings(plan: Plan, findings: Findings, states: Sequence[Configuration]) -> list[str]:
     machine, search, regions = plan.machine, findings.search, findings.map
-    warnings = [f"{b.name} is taken as released" for b in machine.bodies if b.release is not None]
+    warnings = [f"{b.name} is assumed to be released" for b in machine.bodies if b.release is not None]
     overlap = "are left out: states in which its bodies overlap are marked"
     warnings += [f"contacts on the track {track.name} {overlap}" for track in machine.tracks]
     if not search.complete:
-        warnings.append(f"not shown to be all states: {search.shown}")
+        warnings.append(f"not proved to be all states: {search.shown}")
     for c in states:
         if c.full.stable is not None and c.slow.stable not in (None, c.full.stable):
             phases = ", ".join(f"{math.degrees(p):.0f}" for p in c.phases.values())
@@ -176,12 +176,12 @@ def _warnings(plan: Plan, findings: Findings, states: Sequence[Configuration]) -
 
 
 _MOST = 24  # states named one by one
-_LINE = 0.5  # of the motion across over that along, below which it throws in a direction
-_GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
+_LINE = 0.5  # ratio of the stroke across to that along, below which it throws in a direction
+_GENTLE = 0.05  # machine number below which the vibration is negligible
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The lines that ``wucht run`` prints for synchronous states."""
+    """Return the lines that ``wucht run`` prints for synchronous states."""
     s, lines = result.wucht.summary, ReportLines(result)
     lines.add("speed", "{speed}, given")
     for state in (s["states"][k] for k in chosen([entry["verdict"] for entry in s["states"]], _MOST)):
@@ -201,27 +201,27 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def chosen(verdicts: Sequence[str], most: int) -> list[int]:
-    """Those that are shown, in their order: where there are too many, those are left out first that are not stable."""
+    """Select the states to be shown, in their order: of too many, unstable ones are left out first."""
     return sorted(sorted(range(len(verdicts)), key=lambda k: verdicts[k].startswith("unstable"))[:most])
 
 
 def _line(state: dict[str, Any], at: str, full: bool) -> str:
     angles = ", ".join(f"{body} {_degrees(phase)}\u00b0" for body, phase in state["phases"].items())
-    left = "" if state["residual_share"] is None else ", {residual_share:%} of the unbalance left"
+    left = "" if state["residual_share"] is None else ", {residual_share:%} of the unbalance remains"
     family = ", one of a family of dimension {family_dimension:d}" if state["family_dimension"] else ""
     several = ", {multiplicity:d} ways" if state["multiplicity"] > 1 and not family else ""
-    overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""
+    overlap = ", but bodies of a track would overlap" if state["overlapping"] else ""
     return f"{_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
 
 
 def _throw(state: dict[str, Any]) -> str:
-    """What it does to the carrier, and to what lies on it."""
+    """Return the stroke of the carrier and its machine number."""
     way = f" at {math.degrees(state['throw_direction']):.1f}\u00b0" if state["throw_ratio"] < _LINE else ""
     return f"stroke {1e3 * state['stroke']:.4g} mm peak to peak{way}, machine number {state['machine_number']:.3g}"
 
 
 def _degrees(phase: float) -> str:
-    """A phase in degrees; what is rounded to a whole turn is 0."""
+    """Return a phase in degrees; one that is rounded to a whole turn is 0."""
     return f"{round(math.degrees(phase), 2) % 360:.2f}"
 
 

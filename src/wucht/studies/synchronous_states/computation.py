@@ -1,4 +1,4 @@
-"""Question and machine -> plan -> findings: the machine as it turns in step, its states, and their stability."""
+"""Question and machine -> plan -> findings: the machine in synchronous rotation, its states, and their stability."""
 
 from __future__ import annotations
 
@@ -32,17 +32,19 @@ from wucht.machines.operation import (
 )
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
-_MOST_PATTERNS = 64  # ways to be in line, of a map
-_SLOWER, _FASTER = 1e-3, 1e3  # of the lowest and the highest speed of the machine: beyond, nothing is left to be computed
+_MOST_PATTERNS = 64  # arrangements of bodies in line, of a map
+_SLOWER, _FASTER = 1e-3, 1e3  # of the lowest and the highest speed of the machine: limits of the computation
 _SAMPLES = 1001
 
 
 @dataclass(frozen=True)
 class Plan:
-    """machine: as it was given; that of the torques turns in step.
+    """The plan of a search for synchronous states.
 
-    speeds: lowest and highest one to be searched, in the main rotor's own sense, None where the speed is given. chosen: whether
-    the highest is the program's choice. map: the centres of the cells of a stability map: speeds (N,), likewise, and ratios
+    machine: as given; that of the torques turns synchronously.
+
+    speeds: lowest and highest of the search, in the main rotor's sense, None where the speed is given. is_limit_chosen: True if
+    the highest is the program's choice. map: the centres of a stability map's cells: speeds (N,), in this sense, and ratios
     (M,).
     """
 
@@ -56,7 +58,7 @@ class Plan:
 
 
 def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
-    """The plan. Raises ``InputError`` where the machine has no phases, or is outside the class of the averaged equations."""
+    """Return the plan. Raises ``InputError`` where the machine has no phases, or is outside those of the averaged equations."""
     if len(machine.bodies) < 2:
         _refuse_single(machine)
     if len(machine.bodies) > MOST_BODIES:
@@ -77,13 +79,13 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
 
 
 def _refuse_single(machine: Machine) -> None:
-    """Why a machine with one body that turns has no phases. Raises ``InputError``."""
+    """Refuse a machine with one turning body, which has no phases. Raises ``InputError``."""
     rotor, single = machine.rotor, "a single body has no phases"
     if machine.shaken is not None:
         why = f"{single}; whether the carrier's motion entrains it is study.kind = 'entrainment'"
         raise InputError("machine.carrier.motion", None, why, code="single-body")
     if machine.sliders:
-        why = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no phase of its own"
+        why = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no separate phase"
         advice = "study.kind = 'run-up' shows its motion"
         raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {why}; {advice}", code="slider")
     advice = "at which speeds it can turn is study.kind = 'torque-balance'"
@@ -93,12 +95,12 @@ def _refuse_single(machine: Machine) -> None:
 
 
 def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques, speed: float) -> None:
-    """Raises ``InputError`` for a given speed at which nothing can be computed."""
+    """Refuse a given speed at which nothing can be computed. Raises ``InputError``."""
     if speed <= 0:
         raise InputError(
             "machine.drive",
             None,
-            "the main rotor stands still: there is no vibration that could place bodies",
+            "the main rotor does not turn: there is no vibration that could place bodies",
             code="stands-still",
         )
     if spec.speed is not None:
@@ -112,7 +114,7 @@ def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorque
 
 
 def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tuple[float, float], bool]:
-    """The range of speeds to search, and whether its end is chosen.
+    """Return the range of speeds to search, and True if the program chooses its upper end.
 
     Raises ``InputError`` where nothing drives the machine, or the given range does not fit.
     """
@@ -130,13 +132,13 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
     at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
     if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
         where, code = ("", "missing") if given is None else (" at these speeds", "not-driven")
-        why = f"nothing drives the machine{where}: needed is the speed of the main rotor"
+        why = f"nothing drives the machine{where}: the speed of the main rotor is required"
         raise InputError("study.speed", None, why, code=code)
     return speeds, chosen
 
 
 def _limits(machine: Machine) -> tuple[float, float]:
-    """The lowest and the highest speed at which anything can be computed, by the machine's natural frequencies and drives."""
+    """Return the lowest and the highest computable speed, by the machine's natural frequencies and drives."""
     own = [*natural_frequencies(machine).values(), *(abs(free_speed(machine, r) or 0.0) for r in machine.rotors)]
     own = [w for w in own if w > 0 and math.isfinite(w)] or [UNKNOWN]
     return _SLOWER * min(own), _FASTER * max(own)
@@ -148,7 +150,7 @@ def _between(machine: Machine, low: float, high: float) -> str:
 
 
 def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tuple[np.ndarray, np.ndarray] | None:
-    """The map, if one is asked for.
+    """Return the centres of the requested map's cells, None without a map.
 
     Raises ``InputError`` where there is no ratio of unbalances, or no closed form, or speeds are out of reach.
     """
@@ -162,7 +164,7 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
     if not abs(c[0]):
         raise InputError("study.axes", None, "the rotor has no unbalance, so there is no ratio to it")
     if (patterns := pattern_count(torques)) > _MOST_PATTERNS:
-        raise InputError("study.axes", None, f"must be bodies with up to {_MOST_PATTERNS} ways to be in line, not {patterns}")
+        raise InputError("study.axes", None, f"must be bodies with up to {_MOST_PATTERNS} arrangements in line, not {patterns}")
     if axes["speed"][1] > highest:
         raise InputError("study.axes.speed", list(axes["speed"]), f"must be speeds up to {highest:.3g} {unit}".rstrip())
     edges = [np.linspace(low, high, cells + 1) for low, high, cells in (axes["speed"], axes["ratio"])]
@@ -171,24 +173,24 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
         raise InputError(
             "study.axes",
             None,
-            "balancing bodies have torques of their own, so that none of these states stays",
+            "separate torques act on balancing bodies, so that none of these states persists",
             code="own-torques",
         )
     return speeds, ratios
 
 
 MOST_FULL = 64  # states whose multipliers are computed
-_MEMBERS = 7  # members of a family, besides the one that stands for it
+_MEMBERS = 7  # members of a family, besides its representative
 _CELLS = 4000  # of a tile of the map
 _SEARCHED, _JUDGED = 0.1, 0.8  # shares of the work after the search, and before the map
-_NOT_ASKED = Stability.undecided("the multipliers were not asked for")
-_TOO_MANY = Stability.undecided(f"multipliers are computed of {MOST_FULL} states at most")
+_NOT_ASKED = Stability.undecided("the multipliers were not requested")
+_TOO_MANY = Stability.undecided(f"multipliers are computed for {MOST_FULL} states at most")
 _NOT_YET = Stability.undecided("its multipliers are not computed yet")
 
 
 @dataclass(frozen=True)
 class Findings:
-    """The states that were searched, each described in their order, and the map as far as it is computed."""
+    """The states of the search, with their descriptions in the same order, and the computed part of the map."""
 
     search: Search
     configurations: tuple[Configuration, ...]
@@ -196,7 +198,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The states as the averaged equations have them, then one by one as the full ones have them, then the map."""
+    """Yield the states by the averaged equations, then one by one by the full equations, then with the map."""
     search = work.unit("search", partial(_search, plan, work))
     describer = Describer(AveragedStability(plan.torques, plan.slow))
     full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]
@@ -213,7 +215,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _search(plan: Plan, work: Work) -> Search:
-    """All states."""
+    """Return all states."""
     work.report(0.0, "searching")
     search = all_states(plan.torques, *plan.speeds or (0.0, 0.0), partial(work.report, 0.0, "searching"))
     if not plan.chosen:
@@ -224,7 +226,7 @@ def _search(plan: Plan, work: Work) -> Search:
 
 
 def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
-    """Each state with its stability in the full equations, and why the slow ones disagree."""
+    """Yield each state with its stability in the full equations, and the reason why the slow ones disagree."""
     full, count = FullStability(plan.torques, plan.spec.inertia), len(states)
     for k, c in enumerate(states):
         part = work.part(f"{k + 1}", k / count, (k + 1) / count)
@@ -234,7 +236,7 @@ def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) 
 
 
 def _stability(plan: Plan, full: FullStability, state: State, work: Work) -> Stability:
-    """Of a state; of a family, along which the multipliers differ, as far as some of its members agree."""
+    """Return the stability of a state; that of a family, whose multipliers differ, only if its examined members agree."""
     work.report(0.0, "multipliers of the full equations")
     stability = work.unit("multipliers", partial(full.stability, state))
     if not state.dimension:
@@ -248,12 +250,12 @@ def _stability(plan: Plan, full: FullStability, state: State, work: Work) -> Sta
     if stability.stable is None or len(set(decided)) < 2:
         return stability
     this = "stable" if stability.stable else "not stable"
-    reason = f"stable at {sum(decided)} of {len(decided)} members of the family that were looked at, {this} at this one"
+    reason = f"stable at {sum(decided)} of {len(decided)} examined members of the family, {this} at this one"
     return Stability(None, stability.exponents, reason)
 
 
 def _tiles(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray, work: Work) -> Iterator[Regions]:
-    """The map as far as it is computed: some rows, of one ratio each, at a time."""
+    """Yield the computed part of the map: some rows, of one ratio each, at a time."""
     rows, tiles = max(_CELLS // len(speeds), 2), list[Regions]()
     for begin in range(0, len(ratios), rows):
         work.report(begin / len(ratios), "the map")

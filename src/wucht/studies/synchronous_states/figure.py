@@ -23,11 +23,11 @@ _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a jo
 _ROW, _MAP = 1.5, 2.4  # inches
 _PATTERNS, _HATCH = ("", "///", "...", "\\\\\\\\", "xx", "++", "oo", "--"), "#777777"
 _ROTOR, _LEFT = COLOURS[6], COLOURS[1]
-_BODIES = (COLOURS[0], COLOURS[5], COLOURS[2], COLOURS[3], COLOURS[4])  # the first two are told in grey, too
-_DASHED = (0, (2.5, 1.5))  # of what is left
+_BODIES = (COLOURS[0], COLOURS[5], COLOURS[2], COLOURS[3], COLOURS[4])  # the first two differ in grey, too
+_DASHED = (0, (2.5, 1.5))  # of the residual
 # Light enough to be distinguished in grey, too: regions of the map, and where nothing is stable.
 _REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#9E9E9E", "#D7CCC8")
-# Frames by the verdict on a state: colour, line, width, words.
+# Frames by the verdict on a state: colour, line, width, label.
 _FRAMES: dict[str, tuple[str, Any, float, str]] = {
     "stable": (COLOURS[2], "-", 2.0, "stable"),
     "slow": (COLOURS[5], (0, (5, 1.5, 1, 1.5)), 2.0, "stable (slow equations only)"),
@@ -40,7 +40,7 @@ _WORDS = {1: "stable", 0: "unstable", -1: "undecided"}
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """The force balances of up to 12 states, and below them the stability map if there is one: from the Dataset alone."""
+    """Draw, from the Dataset alone, the force balances of up to 12 states, and below them the stability map if any."""
     shown, mapped = chosen(result.verdict.values.tolist(), _MOST), "map_stable" in result
     rest = result.sizes["state"] - len(shown)
     heading = str(result.attrs["sentence"]) + (f" ({rest} more are not drawn)" if rest else "")
@@ -51,7 +51,7 @@ def figure(result: xr.Dataset) -> Figure:
     for axis, k in zip(axes, shown, strict=False):
         _force_balance(axis, result, k)
     if shown:
-        title = "centrifugal forces" if result.attrs["comparable"] else "centrifugal forces, each turned in its body's sense"
+        title = "centrifugal forces" if result.attrs["comparable"] else "centrifugal forces, each in the sense of its body"
         legend_over(drawn, _legend(result, {_framed(result, k) for k in shown}), title)
     if mapped:
         _draw_map(axes[-1], result)
@@ -59,7 +59,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
-    """Centrifugal forces head to tail from the axis, that of the rotor to the right, and what is left of them."""
+    """Draw centrifugal forces head to tail from the axis, that of the rotor to the right, and their resultant."""
     sizes, angles = result.unbalance.values, result.force_angle.values[k]
     sides = sizes * np.exp(1j * angles)
     ends = np.concatenate([[0.0], np.cumsum(sides)])
@@ -79,7 +79,7 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
 
 
 def _side_by_side(arrows: list[tuple[complex, complex]], step: float) -> list[tuple[complex, complex]]:
-    """Arrows, each as far beside its place as is needed for it not to lie upon one before it."""
+    """Return arrows, each moved sideways as far as needed to avoid an overlap with one before it."""
     placed: list[tuple[complex, complex]] = []
     for start, end in arrows:
         aside = -1j * step * (end - start) / (abs(end - start) or 1.0)
@@ -89,7 +89,7 @@ def _side_by_side(arrows: list[tuple[complex, complex]], step: float) -> list[tu
 
 
 def _lies_upon(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
-    """Whether two arrows in the same line, or nearly so, share a stretch of it."""
+    """True if two nearly collinear arrows overlap."""
     size = abs(other[1] - other[0])
     if size == 0 or one[0] == one[1]:
         return False
@@ -110,7 +110,7 @@ def _arrow(axis: Axes, start: complex, end: complex, **style: Any) -> None:
 
 
 def _appearance(i: int) -> dict[str, Any]:
-    """How a body's force is drawn: hollow beyond the fifth body, where colours come again."""
+    """Return the style of a body's force: hollow beyond the fifth body, where colours repeat."""
     colour = _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
     hollow = [Stroke(linewidth=3.2, foreground=colour), Stroke(linewidth=1.4, foreground="white")]
     return {"color": colour, "path_effects": hollow if i > len(_BODIES) else None}
@@ -127,7 +127,7 @@ def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: fl
 
 
 def _framed(result: xr.Dataset, k: int) -> str:
-    """Which frame a state has: only what is stable in the full equations, with bodies that have room, is framed so."""
+    """Return the key of a state's frame: "stable" needs the full equations, and bodies without overlap."""
     verdict = str(result.verdict.values[k])
     if not verdict.startswith("stable"):
         return "undecided" if verdict == "undecided" else "unstable"
@@ -153,17 +153,17 @@ def _title(result: xr.Dataset, k: int) -> str:
 
 
 def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
-    """Of the bodies and of the frames that are drawn."""
+    """Return entries of the bodies and of the drawn frames."""
     handles = [entry(str(name), linewidth=2, **_appearance(i)) for i, name in enumerate(result.body_name.values)]
     if result.attrs["comparable"]:
-        handles.append(entry("what is left", color=_LEFT, linewidth=2, linestyle=_DASHED))
+        handles.append(entry("resultant", color=_LEFT, linewidth=2, linestyle=_DASHED))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
         handles.append(field(words, "none", edge=colour, linestyle=line, linewidth=width))
     return handles
 
 
 def _draw_map(axis: Axes, result: xr.Dataset) -> None:
-    """Which states are stable in the averaged equations, over speed and unbalance ratio."""
+    """Draw the states that are stable in the averaged equations, over speed and unbalance ratio."""
     names = [str(n) for n in result.region.values]
     code = np.tensordot(2 ** np.arange(len(names)), result.map_stable.values.astype(int), 1)
     unique, index = np.unique(code, return_inverse=True)
@@ -189,7 +189,7 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _colours(present: list[int]) -> dict[int, str]:
-    """A colour for each combination of states, a bit each: of a single state always the same, of others one that is left."""
+    """Return a colour for each combination of states, a bit each: fixed for a single state, a remaining one for others."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
@@ -202,7 +202,7 @@ def _colours(present: list[int]) -> dict[int, str]:
 
 
 def _hatches(present: list[int]) -> dict[int, str]:
-    """Likewise a hatch, so that regions differ in grey too; none where nothing is stable."""
+    """Return a hatch for each combination, so that regions differ in grey too; none where nothing is stable."""
     single = {c: _PATTERNS[(c.bit_length() - 1) % len(_PATTERNS)] for c in present if c.bit_count() == 1}
     left = [h for h in reversed(_PATTERNS) if h not in single.values()] or list(_PATTERNS)
     others = [c for c in present if c and c not in single]
@@ -210,7 +210,7 @@ def _hatches(present: list[int]) -> dict[int, str]:
 
 
 def _this_machine(axis: Axes, result: xr.Dataset) -> list[Any]:
-    """The machine's own place, where it has one on the map."""
+    """Draw the machine's place on the map, where it has one."""
     own, (low, high), (first, last) = result.unbalance.values, axis.get_ylim(), axis.get_xlim()
     ratio = own[1:].sum() / own[0] if own[0] else math.inf
     speeds = np.unique(np.round(np.abs(result.speed.values), 6))

@@ -41,11 +41,11 @@ class SynchronousStates(Spec):
     kind: ClassVar[str] = "synchronous-states"
 
     speed: float | None = si("rad/s", "speed", default=None, help=(
-        "speed of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the "
-        "vibration leave, searched over `range`"
+        "speed of the main rotor, signed; by default the one prescribed by its drive, else all at which the drive and the "
+        "vibration balance, searched over `range`"
     ))  # fmt: skip
     range: Interval | None = si("rad/s", "speed", default=None, help=(
-        "lowest and highest speed that are searched, by default up to the highest speed without vibration, or three times the "
+        "lowest and highest speed of the search, by default up to the highest speed without vibration, or three times the "
         "highest natural frequency where a drive runs away without load: then the states are not stated to be all"
     ))  # fmt: skip
     inertia: Inertia = Field(True, description=(
@@ -53,12 +53,12 @@ class SynchronousStates(Spec):
     ))  # fmt: skip
     full: TrueOrFalse = Field(True, description="whether the multipliers of the full equations are computed too")
     axes: Axes | None = Field(None, title="axes of a stability map", description=(
-        "a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi, cells]}, cell-centred; ratio: of the "
+        "a stability map over given speeds, {speed = [lo, hi, cells], ratio = [lo, hi, cells]}, cell-centred; ratio: of the "
         "unbalance of all balancing bodies together to that of the rotor, which is changed for it"
     ))  # fmt: skip
 
     def check(self) -> None:
-        """A speed or a range of speeds, and axes that begin at 0 or above."""
+        """Check that a speed excludes a range of speeds, and that axes begin at 0 or above."""
         if self.speed == 0:
             raise InputError("study.speed", 0.0, "must be a speed other than 0")
         if self.speed is not None and self.range is not None:
@@ -73,7 +73,7 @@ class SynchronousStates(Spec):
                 raise InputError(where, axis, f"must be a ratio up to {_MOST_RATIO:g}", code="limits")
 
     def axes_in(self, speed_unit: str) -> dict[str, tuple[float, float, int]]:
-        """The axes of the map: lowest, highest, cells; none without a map.
+        """Return the axes of the map: lowest, highest, cells; none without a map.
 
         speed_unit: of the machine, empty if it is dimensionless. Raises ``InputError`` where an axis has another one.
         """
