@@ -87,7 +87,7 @@ def test_force_balances(rollers: xr.Dataset) -> None:
 
 def test_legends(rollers: xr.Dataset) -> None:
     labels = legends(draw(rollers))
-    assert {"drum", "r1", "r2", "what is left", "stable", "not stable"} <= set(labels)
+    assert {"drum", "r1", "r2", "resultant", "stable", "not stable"} <= set(labels)
     assert "bodies overlap" not in labels  # frames that are not there are not explained
     assert {"compensating", "together, adding", "together, reducing", "natural frequencies", "states above"} <= set(labels)
 
@@ -184,7 +184,7 @@ def test_exciters_that_turn_against_each_other() -> None:
     """Nothing is left over of forces that turn in different senses."""
     figure = draw(run(SynchronousStates(full=False), load_machine("practice/screen")))
     assert [len(arrows(a)) for a in figure.axes] == [2, 2]
-    assert "what is left" not in legends(figure)
+    assert "resultant" not in legends(figure)
     assert "rad/s" in figure.axes[0].get_title()
 
 
